@@ -76,7 +76,9 @@ class FloorplanServer(ManagedNode):
             page=parameters.page or None,
         )
         reading = read_plan(Path(parameters.floorplan), options)
-        for doubt in reading.doubts:
+        if reading.accepted:
+            self.get_logger().info(f'{reading.drawing.name} is accepted: {reading.accepted}')
+        for doubt in () if reading.accepted else reading.doubts:
             self.get_logger().warning(f'doubt about how {reading.drawing.name} was read: {doubt}')
         if not reading.scale.is_known:
             self.get_logger().warning(

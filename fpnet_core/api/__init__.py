@@ -29,7 +29,7 @@ from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlac
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.maps import read_map, states_scale
 from fpnet_core.io.recordings import is_recording
-from fpnet_core.judging.causes import Asked
+from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import create_finder, match_maps
 from fpnet_core.localizer.maps import MapMatchStatus, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer

@@ -27,7 +27,7 @@ from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import ScanSource
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import read_poses
-from fpnet_core.judging.causes import Asked
+from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher

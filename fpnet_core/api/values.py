@@ -129,7 +129,7 @@ class Check(PlanCheck):
     def __repr__(self) -> str:
         """Say what was found in a line."""
         rooms, doors = len(self.segmentation.rooms), len(self.segmentation.doors)
-        said = 'readable' if self.is_readable else 'refused'
+        said = 'accepted' if self.verdict.accepted else self.verdict.fitness.value
         return f'<Check {said}: {rooms} rooms, {doors} doors, {len(self.advice)} pieces of advice>'
 
     def plot(self, figure: Figure | None = None) -> Figure:

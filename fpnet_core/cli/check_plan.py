@@ -5,20 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.metadata import entry_points
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet_core.cli import common, verdicts
 from fpnet_core.cli.progress import progress
-from fpnet_core.errors import ConfigError, MapFormatError
+from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from fpnet_core.judging.causes import Asked
     from fpnet_core.plan_check import DriveTour, PlanCheck
 
 
@@ -36,15 +33,17 @@ def command(
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
+    accept: verdicts.AcceptOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
     Tell whether a floorplan will serve before a robot moves.
 
-    Exits 1 where it was misread or its scale is unsure, with the cause and what to type next.
-    Else it finds rooms that look like others by matching the plan with itself, drives simulated
-    robots through it until they are localised, and says in sentences what to do. With --out the
-    folder gets report.html and check.json.
+    Exits 1 where it was misread or its scale is unsure, with the cause and what to type next,
+    unless you accept it (--accept), here or when fpnet plan wrote it. Else it finds rooms that
+    look like others by matching the plan with itself, drives simulated robots through it until
+    they are localised, and says in sentences what to do. With --out the folder gets
+    report.html and check.json.
 
     Example: fpnet check-plan my_plan.png --tours 3 --out out/check
 
@@ -54,8 +53,8 @@ def command(
     from fpnet_core.plan_check import check_plan
 
     asked = said.asked(('fpnet', 'check-plan'), plan)
-    with _refusal_as_json(asked, json_path):
-        reading = said.read(plan, tree)
+    with verdicts.refusal_as_json(asked, json_path):
+        reading = verdicts.accepting(said.read(plan, tree), accept)
     with progress('checking', total=tours + 1.0) as advance:
         seeds = range(tree.seed, tree.seed + tours)
         check = check_plan(reading, tree, seeds, _simulated_drive(), asked, advance)
@@ -74,18 +73,6 @@ def command(
         common.write_json(out / 'check.json', check.as_json())
     if not check.is_readable:
         raise typer.Exit(1)
-
-
-@contextmanager
-def _refusal_as_json(asked: Asked, json_path: Path | None) -> Iterator[None]:
-    """Write why a drawing could not be read before the error goes on, for who asked for JSON."""
-    try:
-        yield
-    except MapFormatError as error:
-        crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
-        reason = {'reason': str(error), 'next': crop}
-        common.write_json(json_path, {'readable': False, 'reasons': [reason]})
-        raise
 
 
 def _draw(plot: Path, check: PlanCheck) -> None:
@@ -109,9 +96,7 @@ def _no_drive(*_: object) -> NoReturn:
 
 
 def _lines(check: PlanCheck) -> Iterator[str]:
-    for remedy, alike in groupby(check.refusals, lambda refusal: refusal.next):
-        yield from (f'not fit to use: {refusal.why}' for refusal in alike)
-        yield f'   next: {remedy}'
+    yield from check.verdict.lines()
     from fpnet_core.drawings.wording import said_of_scale
 
     segmentation, similarity = check.segmentation, check.similarity
@@ -121,7 +106,7 @@ def _lines(check: PlanCheck) -> Iterator[str]:
         f'{len(rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors at '
         f'{said_of_scale(check.drawn)}'
     )
-    if any(not refusal.is_scale for refusal in check.refusals):
+    if not check.verdict.is_read:
         return
     yield (
         f'rooms that look like another place: {len(similarity.alone)} from inside, '

@@ -25,8 +25,8 @@ from fpnet_core.errors import ConfigError, FpnetError
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading, ReadOptions
-    from fpnet_core.judging.causes import Asked
-    from fpnet_core.types import Cause, Segmentation
+    from fpnet_core.judging.asked import Asked
+    from fpnet_core.types import Cause
 
 
 def complete_setting(incomplete: str) -> list[str]:
@@ -178,7 +178,7 @@ class DrawingOptions:
 
     def asked(self, command: Sequence[str], path: Path) -> Asked:
         """Return what was typed; ``command`` are the words before the drawing."""
-        from fpnet_core.judging.causes import Asked
+        from fpnet_core.judging.asked import Asked
 
         return Asked(tuple(command), str(path), tuple(self.pairs()))
 
@@ -355,21 +355,11 @@ def say_reading(reading: Reading, json_path: Path | None) -> None:
         say(f'{reading.drawing.name}: {said_of_scale(reading.scale)}', json_path)
     for note in reading.notes:
         say(note, json_path)
+    if reading.accepted:
+        say(f'{reading.drawing.name}: accepted: {reading.accepted}', json_path)
+        return
     for doubt in reading.doubts:
         say(f'doubt about how {reading.drawing.name} was read: {doubt}', json_path)
-
-
-def scale_doubts(
-    reading: Reading, segmentation: Segmentation, config: FpnetConfig
-) -> tuple[str, ...]:
-    """Return what speaks against a scale that was stated, as a check of the plan says it."""
-    if not (reading.scale.is_known and segmentation.rooms) or reading.doubts:
-        return ()
-    from fpnet_core.plan_check.gate import scale_faults
-    from fpnet_core.segmentation import told_scale
-
-    told = told_scale(reading.grid, segmentation, config.segmentation)
-    return scale_faults(reading.scale, segmentation, told)
 
 
 def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:

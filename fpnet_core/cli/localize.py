@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io.scans import ScanSource
-    from fpnet_core.judging.causes import Asked
+    from fpnet_core.judging.asked import Asked
     from fpnet_core.report import RunRecord
     from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory

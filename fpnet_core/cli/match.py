@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.judging.causes import Asked
+    from fpnet_core.judging.asked import Asked
     from fpnet_core.localizer import MapMatch
     from fpnet_core.matching import RegionMatcher
     from fpnet_core.sites import Site

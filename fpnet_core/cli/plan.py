@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.errors import ConfigError
+from fpnet_core.cli import common, verdicts
+from fpnet_core.errors import ConfigError, MapFormatError
 
 if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
@@ -37,6 +37,7 @@ def command(
     ] = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
+    accept: verdicts.AcceptOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
@@ -44,11 +45,13 @@ def command(
 
     Beside plan.yaml and plan.png lie plan.json (from pixels of the drawing to metres, scale with
     its interval and where it is from, how it was read, what was left out, storeys, doubts) and
-    plan_reading.png, the reading drawn over the drawing. Every command reads plan.yaml as it
-    reads the drawing, with the same scale and as surely.
+    plan_reading.png, the reading over the drawing with the numbers of rooms and doors. Every
+    command reads plan.yaml as it reads the drawing, with the same scale and as surely.
 
     Look at the picture. Where it is wrong: --crop or --storey for another part of the sheet,
-    --length or --resolution for its scale. Exits 1 where no room is found.
+    --length or --resolution for its scale. Exits 1 where fpnet check-plan would: where the
+    reading or its scale is doubtful, or the file is no floorplan, of which nothing is written.
+    --accept takes it all the same, and records why.
 
     Example: fpnet plan sheet.pdf --page 2 --out plan.yaml
 
@@ -59,24 +62,31 @@ def command(
     tree = common.load(config, settings)
     from fpnet_core.drawings.plan_files import as_json, write_plan
     from fpnet_core.drawings.wording import said_of
+    from fpnet_core.judging.asked import Asked
+    from fpnet_core.plan_check.verdict import Fitness
     from fpnet_core.segmentation import segment_floorplan
     from fpnet_core.viz.reading import save_reading
 
     picture = _checked(out, drawing)
     exports = _checked_exports(export or [], drawing)
-    reading = said.read(drawing, tree)
+    asked = Asked(('fpnet', 'plan'), str(drawing), (*said.pairs(), ('--out', str(out))))
+    with verdicts.refusal_as_json(asked, json_path):
+        reading = verdicts.accepting(said.read(drawing, tree), accept)
     segmentation = segment_floorplan(reading.grid, tree.segmentation)
+    verdict = verdicts.verdict_on(reading, segmentation, tree, asked, str(picture))
+    figures: dict[str, Any] = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
+    figures |= {'verdict': verdict.as_json()}
+    common.write_json(json_path, as_json(reading) | figures)
+    if verdict.fitness is Fitness.NO_FLOORPLAN and not verdict.is_usable:
+        raise MapFormatError(verdict.said_of_file(drawing.name))
     record = write_plan(reading, out)
-    save_reading(reading, segmentation, picture)
-    faults = common.scale_doubts(reading, segmentation, tree)
-    for line in (*said_of(reading, segmentation), *(f'doubt: {fault}' for fault in faults)):
+    lines = [*said_of(reading, segmentation), *verdict.lines()]
+    save_reading(reading, segmentation, picture, verdict)
+    for line in lines:
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
     _export(reading, segmentation, exports, json_path)
-    figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
-    doubts = {'doubts': [*reading.doubts, *faults]}
-    common.write_json(json_path, as_json(reading) | figures | doubts)
-    if not segmentation.rooms:
+    if not verdict.is_usable:
         raise typer.Exit(1)
 
 

@@ -4,20 +4,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet_core.cli import common, verdicts
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
+    from fpnet_core.plan_check.verdict import PlanVerdict
     from fpnet_core.segmentation import ScaleEstimate
     from fpnet_core.types import GridMap, Segmentation, Submap
 
@@ -67,20 +67,26 @@ def command(
     else:
         said.refuse(f'is for drawings, which {source} is not', '--storey')
         subject, scale_is_known = _read_submap(source, tree, said.storey), True
-    started = time.perf_counter()
-    segmentation, scale = _segment(subject, tree, scale_is_known)
-    elapsed_ms = 1e3 * (time.perf_counter() - started)
+    segmentation, scale, elapsed_ms = _segment(subject, tree, scale_is_known)
     _print_summary(segmentation, scale, elapsed_ms, json_path)
-    doubts = common.scale_doubts(reading, segmentation, tree) if reading is not None else ()
-    for doubt in doubts:
-        common.say(f'doubt: {doubt}', json_path)
+    report = _report(segmentation, scale, elapsed_ms, reading)
     if reading is not None:
-        reading = replace(reading, doubts=(*reading.doubts, *doubts))
-    common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
+        asked = said.asked(('fpnet', 'segment'), source)
+        verdict = verdicts.verdict_on(reading, segmentation, tree, asked)
+        _say_scale_doubts(reading, verdict, json_path)
+        report['verdict'] = verdict.as_json()
+    common.write_json(json_path, report)
     if plot is not None:
         _draw(segmentation, plot)
     if not segmentation.rooms:
         raise typer.Exit(1)
+
+
+def _say_scale_doubts(reading: Reading, verdict: PlanVerdict, json_path: Path | None) -> None:
+    """Print what speaks against a scale that is stated; all else was said with the reading."""
+    for reason in verdict.reasons:
+        if reason.is_scale and reading.scale.is_known and not verdict.accepted:
+            common.say(f'doubt: {reason.what}', json_path)
 
 
 def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, bool]:
@@ -118,7 +124,8 @@ def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
 
 def _segment(
     subject: GridMap | Submap, tree: FpnetConfig, scale_is_known: bool
-) -> tuple[Segmentation, ScaleEstimate]:
+) -> tuple[Segmentation, ScaleEstimate, float]:
+    """Return rooms and doors, true metres of one of theirs, and how long it took [ms]."""
     from fpnet_core.segmentation import (
         estimate_metres_per_unit,
         segment_floorplan,
@@ -127,14 +134,17 @@ def _segment(
     )
     from fpnet_core.types import Submap
 
+    started = time.perf_counter()
     if not scale_is_known:
-        return segment_unknown_scale(subject, tree.segmentation)
-    if isinstance(subject, Submap):
-        segmentation = segment_submap(subject)
+        segmentation, scale = segment_unknown_scale(subject, tree.segmentation)
     else:
-        segmentation = segment_floorplan(subject, tree.segmentation)
-    is_partial = isinstance(subject, Submap)
-    return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
+        is_partial = isinstance(subject, Submap)
+        if isinstance(subject, Submap):
+            segmentation = segment_submap(subject)
+        else:
+            segmentation = segment_floorplan(subject, tree.segmentation)
+        scale = estimate_metres_per_unit(segmentation, is_partial=is_partial)
+    return segmentation, scale, 1e3 * (time.perf_counter() - started)
 
 
 def _print_summary(

@@ -101,7 +101,7 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
 
         if options.layers:
             raise MapFormatError(f'{path} is an image, which has no layers; leave that out')
-        drawing = with_texts(open_image(path, options.page), options)
+        drawing = with_texts(open_image(path, options.page, options.crop), options)
     else:
         from fpnet_core.drawings.formats.worker import read_apart
 

@@ -9,7 +9,7 @@ are. Both are in a JSON file of its name; who reads the map again gets them back
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import json
 import math
 from pathlib import Path
@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.maps import write_map
+
+MAP_FORMAT = 'map_server'
+"""What :class:`fpnet_core.drawings.types.Drawing` calls a map that is taken as it is."""
 
 _VERSION = 1  # given
 _MARK = 'fpnet_plan'  # tells these files from any other JSON beside a map
@@ -56,7 +59,7 @@ def is_affine(H: NDArray[np.float64]) -> bool:
 
 def as_json(reading: Reading) -> dict[str, Any]:
     """Return all of a reading but its map, as plain values."""
-    height, width = reading.drawing.pixels.shape[:2]
+    width, height = reading.drawing.size
     return {
         _MARK: _VERSION,
         'drawing': reading.drawing.name,
@@ -73,6 +76,7 @@ def as_json(reading: Reading) -> dict[str, Any]:
         ],
         'notes': list(reading.notes),
         'doubts': list(reading.doubts),
+        'accepted': reading.accepted or None,
         'doubtful': [
             {'what': each.what, 'box': list(map(int, each.box))} for each in reading.doubtful
         ],
@@ -89,11 +93,25 @@ def scale_as_json(scale: DrawingScale) -> dict[str, Any]:
     }
 
 
-def recorded(yaml_path: Path | str, cell_m: float) -> tuple[DrawingScale, tuple[str, ...]] | None:
+@dataclass(frozen=True)
+class PlanRecord:
     """
-    Return what the record beside a map says of its scale, and the doubts that were had.
+    What is known of a map that a drawing was read as.
 
-    The scale is that of the map's own pixels. None where there is no record, or where somebody
+    ``scale`` is that of the map's own pixels; ``doubts`` and ``accepted`` are as in
+    :class:`fpnet_core.drawings.types.Reading`.
+    """
+
+    scale: DrawingScale
+    doubts: tuple[str, ...] = ()
+    accepted: str = ''
+
+
+def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
+    """
+    Return what the record beside a map says of it.
+
+    None where there is no record, or where somebody
     has since stated another scale in the map, whose cells now are ``cell_m``.
 
     Raises
@@ -108,6 +126,7 @@ def recorded(yaml_path: Path | str, cell_m: float) -> tuple[DrawingScale, tuple[
     try:
         written_m, scale = float(values['cell_m']), _scale_of(values['scale'])
         doubts = tuple(str(doubt) for doubt in values['doubts'])
+        accepted = str(values.get('accepted') or '')
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise MapFormatError(
             f'{path} is a damaged record of a floorplan ({error}); remove it, or run fpnet plan '
@@ -116,9 +135,10 @@ def recorded(yaml_path: Path | str, cell_m: float) -> tuple[DrawingScale, tuple[
     if not math.isclose(written_m, cell_m, rel_tol=_SAME):
         return None
     cells = cell_m / scale.resolution_m
-    return replace(
+    scale = replace(
         scale, resolution_m=cell_m, low_m=scale.low_m * cells, high_m=scale.high_m * cells
-    ), doubts
+    )
+    return PlanRecord(scale, doubts, accepted)
 
 
 def _read(path: Path) -> dict[str, Any] | None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,16 @@ import numpy as np
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.choosing import choose, thought_of
-from fpnet_core.drawings.pictures.found import Found
-from fpnet_core.drawings.plan_files import recorded
+from fpnet_core.drawings.pictures.doubting import Doubts
+from fpnet_core.drawings.pictures.found import Found, stride
+from fpnet_core.drawings.pictures.plausible import findings
+from fpnet_core.drawings.plan_files import MAP_FORMAT, PlanRecord, recorded
+from fpnet_core.drawings.reduced import in_image_pixels, options_of_copy
 from fpnet_core.drawings.scaling import resolve_scale
+from fpnet_core.drawings.stated import exact
 from fpnet_core.drawings.stated_model import model_reading, placed_model
 from fpnet_core.drawings.types import (
     Drawing,
-    DrawingScale,
     Length,
     Reading,
     ReadOptions,
@@ -86,33 +90,34 @@ def _as_stated(path: Path, options: ReadOptions) -> Reading:
     """Return a map_server map exactly as its thresholds say."""
     _refuse_parts(path, options)
     grid = read_map(path, options.resolution_m)
-    scale, doubts = _stated_scale(path, options, grid.resolution, grid.shape)
+    known = _known_of_map(path, options, grid.resolution, grid.shape)
+    scale = known.scale
     if scale.resolution_m != grid.resolution:
         grid = read_map(path, scale.resolution_m)
     shades = np.select([grid.cells == FREE, grid.cells == OCCUPIED], [254, 0], 205).astype(
         np.uint8
     )
     pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
-    drawing = Drawing(pixels, path.name, 'map_server', scale=scale)
+    drawing = Drawing(pixels, path.name, MAP_FORMAT, scale=scale)
     _check_size(drawing, scale.resolution_m)
     A = pixel_to_xy(grid).matrix
     how = 'a map_server map as its thresholds say'
-    return Reading(grid, scale, A, how, drawing, doubts=doubts)
+    return Reading(grid, scale, A, how, drawing, doubts=known.doubts, accepted=known.accepted)
 
 
-def _stated_scale(
+def _known_of_map(
     path: Path, options: ReadOptions, cell_m: float, shape: tuple[int, int]
-) -> tuple[DrawingScale, tuple[str, ...]]:
-    """Return a map's scale, and doubts that were had when it was read from a drawing."""
+) -> PlanRecord:
+    """Return a map's scale, and what was thought of it when it was read from a drawing."""
     if options.length is not None:
         stated_m = _metres_per_pixel(options.length, path.name, shape)
         why = f'a length of {options.length[-1]:g} m'
-        return DrawingScale(stated_m, stated_m, stated_m, ScaleSource.LENGTH, why), ()
+        return PlanRecord(exact(stated_m, ScaleSource.LENGTH, why))
     found = recorded(path, cell_m) if options.resolution_m is None else None
     if found is not None:
         return found
     by = '--resolution' if options.resolution_m else path.name
-    return DrawingScale(cell_m, cell_m, cell_m, ScaleSource.STATED, f'stated by {by}'), ()
+    return PlanRecord(exact(cell_m, ScaleSource.STATED, f'stated by {by}'))
 
 
 def _refuse_parts(path: Path, options: ReadOptions) -> None:
@@ -138,12 +143,14 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     stated = model_reading(drawing, options)
     if stated is not None:
         return stated
+    options = options_of_copy(options, drawing)
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
-    thought = thought_of(found, drawing, config)
+    metres = cell_m * stride(found.cells) / found.segmentation.grid.resolution
+    doubts, absurd = _doubts(found, drawing, config, metres if scale.is_known else None)
     H_plan_image = pixel_to_xy(grid).matrix @ found.H_cell_pixel
-    return Reading(
+    reading = Reading(
         grid=grid,
         scale=scale,
         H_plan_image=H_plan_image,
@@ -152,11 +159,26 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         storeys=found.storeys,
         dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options), *_meant_pixels(drawing, options)),
-        doubts=(*drawing.doubts, *thought.reasons),
-        doubtful=thought.places,
+        doubts=(*drawing.doubts, *doubts.reasons),
+        doubtful=doubts.places,
         trust=found.trust,
         model=placed_model(drawing, grid, H_plan_image),
+        absurd=absurd,
     )
+    return in_image_pixels(reading)
+
+
+def _doubts(
+    found: Found, drawing: Drawing, config: SegmentationConfig, metres_per_unit: float | None
+) -> tuple[Doubts, tuple[str, ...]]:
+    """Return what is thought of a reading, and what of it no building is like."""
+    thought = thought_of(found, drawing, config)
+    if not found.segmentation.rooms:
+        return thought, ()
+    without_scale = findings(found.segmentation)
+    absurd = findings(found.segmentation, metres_per_unit)
+    reasons = [each for each in thought.reasons if each not in without_scale or each in absurd]
+    return replace(thought, reasons=tuple(reasons)), tuple(absurd)
 
 
 def _notes(found: Found, options: ReadOptions) -> list[str]:
@@ -186,7 +208,7 @@ def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:
     if options.crop is not None:
-        height, width = drawing.pixels.shape[:2]
+        width, height = drawing.size
         left, top, right, bottom = options.crop
         is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
         if not is_inside or min(right - left, bottom - top) < _LEAST_CROP_PX:
@@ -196,14 +218,14 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
             )
     stated_m = options.resolution_m
     if options.length is not None:
-        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.pixels.shape[:2])
+        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.size[::-1])
     if stated_m is not None:
         _check_size(drawing, stated_m)
 
 
 def _check_size(drawing: Drawing, resolution_m: float) -> None:
     """Refuse a scale at which the drawing is no building by far, as one in millimetres."""
-    long_m = max(drawing.pixels.shape) * resolution_m
+    long_m = max(drawing.size) * resolution_m
     if not _LONG_M[0] <= long_m <= _LONG_M[1]:
         raise MapFormatError(
             f'{drawing.name}: at {resolution_m:.3g} m per pixel the drawing is {long_m:.3g} m '

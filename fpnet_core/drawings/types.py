@@ -97,21 +97,24 @@ class Drawing:
     Parameters
     ----------
     pixels : (H, W, 3) uint8
-        The drawing upright, on white where it is transparent. Of a vector drawing its walls only
-        as far as they are known: without texts, curves and layers of furniture.
+        The drawing upright, on white where it is transparent; a large picture reduced. Of a
+        vector drawing its walls only as far as they are known: without texts, curves and layers
+        of furniture.
     name : what to call it in messages
     format : ``png``, ``jpeg``, ``pdf``, ``svg``, ``dxf``, ``ifc``, ...
     strokes, labels : of vector drawings
     scale : what the format itself says, as a DXF's units; None where it says nothing
     A_pixel_image : (2, 3)
         From pixels of the file as stored (before it was turned upright) or, of vector formats,
-        its own units (y down for pages and SVG, y up for DXF and IFC) to ``pixels``.
+        its own units (y down for pages and SVG, y up for DXF and IFC) to pixels of the user's
+        image, upright and of full size.
     paper_m : metres of paper per pixel, where the format has a paper size; None where not
     door_px : widths of the door leaves that a vector drawing shows, in pixels
     notes : what was noticed on opening, a sentence each
     doubts : reasons not to take the file for a floorplan, a sentence each
     model : the elements that the file itself holds, in its own units and coordinates, as
         ``A_pixel_image`` takes them; None where the format knows none
+    full_size : (width, height) of the user's image where ``pixels`` are fewer
     """
 
     pixels: NDArray[np.uint8]
@@ -126,6 +129,18 @@ class Drawing:
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     model: FloorplanModel | None = None
+    full_size: tuple[int, int] | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels of the user's image."""
+        height, width = self.pixels.shape[:2]
+        return self.full_size or (width, height)
+
+    @property
+    def is_reduced(self) -> bool:
+        """Tell whether ``pixels`` are fewer than those of the user's image."""
+        return self.size != self.pixels.shape[1::-1]
 
 
 @dataclass(frozen=True)
@@ -203,6 +218,8 @@ class Reading:
     drawing : what was read
     trust : how sure the network is that read it; None where none did
     model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
+    accepted : why its user takes it for a floorplan whatever speaks against it; empty if not
+    absurd : those doubts that name what no building is like
     """
 
     grid: GridMap
@@ -217,6 +234,8 @@ class Reading:
     trust: Trust | None = None
     doubtful: tuple[Doubtful, ...] = ()
     model: FloorplanModel | None = None
+    accepted: str = ''
+    absurd: tuple[str, ...] = ()
 
     @property
     def estimate(self) -> ScaleEstimate | None:
@@ -245,5 +264,5 @@ class Reading:
 
     @property
     def is_readable(self) -> bool:
-        """Tell whether nothing speaks against the reading."""
-        return not self.doubts
+        """Tell whether nothing speaks against the reading, or its user accepts it."""
+        return not self.doubts or bool(self.accepted)

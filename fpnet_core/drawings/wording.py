@@ -11,7 +11,7 @@ from fpnet_core.types import Segmentation
 
 
 def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
-    """Return what is to be said of a reading, a line each: how, what, scale, notes, doubts."""
+    """Return what is to be said of a reading, a line each: how, what, scale and notes."""
     area_m2 = sum(room.area_m2 for room in segmentation.rooms)
     dropped = sorted({each.what for each in reading.dropped})
     return [
@@ -21,17 +21,7 @@ def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
         *([f'left out: {", ".join(dropped)}'] if dropped else []),
         *reading.notes,
         *([NOT_READ] if is_unread(reading) else []),
-        *(f'doubt: {doubt}' for doubt in reading.doubts),
-        *([] if segmentation.rooms or reading.doubts else [_said_of_none(reading)]),
     ]
-
-
-def _said_of_none(reading: Reading) -> str:
-    """Return what to do about a map that is taken as it is, and shows no room."""
-    return (
-        f'doubt: no room was found at {reading.grid.resolution:.3g} m per cell: is the scale '
-        'right, and are negate, mode and thresholds of a map of map_server?'
-    )
 
 
 def is_sure(scale: DrawingScale) -> bool:

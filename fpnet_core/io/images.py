@@ -11,7 +11,7 @@ rasters here are as stored, row 0 at the top.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 import warnings
@@ -19,6 +19,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from PIL.JpegImagePlugin import JpegImageFile
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
@@ -61,9 +62,13 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
 
 
 @contextmanager
-def opened_image(path: Path) -> Iterator[Image.Image]:
+def opened_image(
+    path: Path, check: Callable[[Image.Image, Path], None] | None = None
+) -> Iterator[Image.Image]:
     """
     Open an image whose pixels are not decoded yet, for the time of a ``with`` block.
+
+    ``check`` refuses what is too large, :func:`check_size` if None.
 
     Raises
     ------
@@ -74,11 +79,9 @@ def opened_image(path: Path) -> Iterator[Image.Image]:
         with warnings.catch_warnings():
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
-            with Image.open(path, formats=_FORMATS) as image:
-                check_size(image, path)
+            with _opened(path) as image:
+                (check or check_size)(image, path)
                 yield image
-    except Image.DecompressionBombError:
-        raise MapFormatError(_too_large(path, 'more pixels')) from None
     except MapFormatError:
         raise
     except FileNotFoundError:
@@ -92,15 +95,28 @@ def opened_image(path: Path) -> Iterator[Image.Image]:
         ) from None
 
 
+def _opened(path: Path) -> Image.Image:
+    try:
+        return Image.open(path, formats=_FORMATS)
+    except Image.DecompressionBombError as error:
+        # Pillow refuses by the size alone. A JPEG can be decoded at a fraction of its size.
+        try:
+            return JpegImageFile(path)
+        except SyntaxError:
+            raise MapFormatError(too_large(path, 'more pixels', MAX_PIXELS)) from error
+
+
 def check_size(image: Image.Image, path: Path) -> None:
     """Raise MapFormatError where an image has more than ``MAX_PIXELS``."""
     if image.width * image.height > MAX_PIXELS:
-        raise MapFormatError(_too_large(path, f'{image.width} x {image.height} pixels'))
+        size = f'{image.width} x {image.height} pixels'
+        raise MapFormatError(too_large(path, size, MAX_PIXELS))
 
 
-def _too_large(path: Path, size: str) -> str:
+def too_large(path: Path, size: str, most: int) -> str:
+    """Return what to say of an image of more than so many pixels."""
     return (
-        f'map image {path} is too large: expected at most {MAX_PIXELS // 1_000_000} million '
+        f'map image {path} is too large: expected at most {most // 1_000_000} million '
         f'pixels, got {size}; scale it down'
     )
 

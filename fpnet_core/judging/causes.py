@@ -11,13 +11,13 @@ flipped or drawn at another scale needs no further explanation.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
-import shlex
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.judge import Verdict
 from fpnet_core.judging.reasons import AT_EDGE, EXPLAINED_WELL, FEW_WALLS_M, metres, percent
 from fpnet_core.segmentation import ScaleEstimate
@@ -38,50 +38,6 @@ _TESTED = 0.97
 
 _UPSIDE_DOWN = '; so it would if the scanner hung upside down and /tf_static did not say so'
 _WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
-
-
-@dataclass(frozen=True)
-class Asked:
-    """
-    What somebody typed, from which the next command is made.
-
-    ``command`` are the words without what concerns the drawing, ``drawing`` the file, ``options``
-    what was said of it: pairs of an option and its value, empty for a flag. ``of_bag`` says that
-    the odometry was a bag's own, which scan matching can help.
-    """
-
-    command: tuple[str, ...] = ('fpnet', 'localize', 'INPUT', '--floorplan')
-    drawing: str = 'PLAN'
-    options: tuple[tuple[str, str], ...] = ()
-    of_bag: bool = False
-
-    def again(self, option: str = '', value: str = '', instead_of: tuple[str, ...] = ()) -> str:
-        """Return the same command with one option more, or another value of it."""
-        gone = {option, *instead_of}
-        kept = [pair for pair in self.options if pair[0] not in gone]
-        return self._line(*self.command, kept=[*kept, (option, value)])
-
-    def flipped(self) -> str:
-        """Return the same command with the drawing flipped, or as it is where it was flipped."""
-        if ('--mirrored', '') not in self.options:
-            return self.again('--mirrored')
-        return self.again(instead_of=('--mirrored',))
-
-    def on(self, drawing: str) -> str:
-        """Return the same command with another drawing, of which nothing has been said."""
-        return replace(self, drawing=drawing, options=()).again()
-
-    def look(self, command: str, *more: str) -> str:
-        """Return ``fpnet COMMAND`` on the drawing as it was read."""
-        return self._line('fpnet', command, kept=[*self.options], more=more)
-
-    def doctor(self) -> str:
-        """Return the command that looks at what was recorded, whatever the drawing."""
-        return shlex.join(['fpnet', 'doctor', self.command[2]])
-
-    def _line(self, *words: str, kept: list[tuple[str, str]], more: tuple[str, ...] = ()) -> str:
-        said = [word for pair in kept for word in pair if word]
-        return shlex.join([*words, self.drawing, *said, *more])
 
 
 @dataclass(frozen=True)
@@ -206,7 +162,7 @@ _Weighed = Iterator[tuple[float, Cause]]
 
 def _drawing(found: Findings, asked: Asked) -> _Weighed:
     if found.doubts:
-        look = f'{asked.look("plan", "--out", "out/plan.yaml")} and look at out/plan_reading.png'
+        look = asked.look_at_reading()
         evidence = '; '.join(doubt.rstrip('.') for doubt in found.doubts)
         yield _WEIGHTS[CauseKind.DRAWING], Cause(CauseKind.DRAWING, evidence, look)
 

@@ -16,7 +16,8 @@ from itertools import pairwise
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.judging import Judge, Verdict
-from fpnet_core.judging.causes import Asked, Findings, Fit, alike, causes_of
+from fpnet_core.judging.asked import Asked
+from fpnet_core.judging.causes import Findings, Fit, alike, causes_of
 from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
@@ -152,7 +153,7 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
     cells_per_pixel = reading.scale.resolution_m / reading.grid.resolution
     return replace(
         found,
-        doubts=reading.doubts,
+        doubts=() if reading.accepted else reading.doubts,
         storeys=max(1, len(reading.storeys)),
         storey=storey,
         resolution_m=found.resolution_m * cells_per_pixel,

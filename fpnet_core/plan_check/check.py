@@ -15,12 +15,13 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import DrawingScale, Reading
 from fpnet_core.drawings.wording import is_sure, said_of_scale
 from fpnet_core.errors import ConfigError
-from fpnet_core.judging.causes import Asked
+from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.sides import plan_side
-from fpnet_core.plan_check.gate import Refusal, refusals_of
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
+from fpnet_core.plan_check.verdict import FIT, PlanVerdict, verdict_of
 from fpnet_core.segmentation import ScaleEstimate, segment_floorplan, told_scale
+from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import GridMap, Segmentation
 
 # Chosen, not measured:
@@ -62,8 +63,8 @@ class PlanCheck:
     All findings on a floorplan; ``advice`` says in sentences what to make of them.
 
     ``scale`` is what its rooms and doors say, in true metres per metre of the segmentation's
-    grid, and ``drawn`` what is known of its drawing's. ``refusals`` speak against using it;
-    where it was misread, nothing else was looked at.
+    grid, and ``drawn`` what is known of its drawing's. Where the ``verdict`` is that it was
+    misread, nothing else was looked at.
     """
 
     segmentation: Segmentation
@@ -73,19 +74,18 @@ class PlanCheck:
     tours: tuple[TourResult, ...]
     tour_problem: str = ''
     advice: tuple[str, ...] = ()
-    refusals: tuple[Refusal, ...] = ()
+    verdict: PlanVerdict = FIT
 
     @property
     def is_readable(self) -> bool:
-        """Tell whether nothing speaks against using the floorplan."""
-        return not self.refusals
+        """Tell whether nothing speaks against using the floorplan, or its user accepts it."""
+        return self.verdict.is_usable
 
     def as_json(self) -> dict[str, Any]:
         """Return a mapping of plain values."""
         rooms = self.segmentation.rooms
         return {
-            'readable': self.is_readable,
-            'reasons': [refusal.as_json() for refusal in self.refusals],
+            'verdict': self.verdict.as_json(),
             'rooms': len(rooms),
             'doors': len(self.segmentation.doors),
             'area_m2': round(sum(room.area_m2 for room in rooms), 1),
@@ -139,16 +139,16 @@ def check_plan(
     """
     segmentation = segment_floorplan(reading.grid, config.segmentation)
     told = told_scale(reading.grid, segmentation, config.segmentation)
-    refusals = refusals_of(reading, segmentation, asked or Asked(), told)
+    verdict = verdict_of(reading, segmentation, asked, told)
     check = PlanCheck(
         segmentation,
         told,
         reading.scale,
         SelfSimilarity({}, {}, ()),
         (),
-        refusals=refusals,
+        verdict=verdict,
     )
-    if all(refusal.is_scale for refusal in refusals):
+    if verdict.is_read and segmentation.rooms:
         similarity = self_similarity(plan_side(segmentation), create_finder(config))
         check = replace(check, similarity=similarity)
         on_step(1.0)
@@ -184,10 +184,10 @@ def expected_path_m(tours: tuple[TourResult, ...]) -> float | None:
 
 
 def _advice(check: PlanCheck) -> list[str]:
-    if not all(refusal.is_scale for refusal in check.refusals):
+    if not check.verdict.is_read:
         return []
     said = [*_on_scale(check), *_on_doors(check), *_on_twins(check), *_on_tours(check)]
-    if not said and not check.refusals:
+    if not said and not check.verdict.reasons:
         said = ['Nothing speaks against this floorplan.']
     return said
 
@@ -214,12 +214,14 @@ def _on_scale(check: PlanCheck) -> list[str]:
 def _on_doors(check: PlanCheck) -> list[str]:
     segmentation = check.segmentation
     rooms = [room.id for room in segmentation.rooms]
-    if not segmentation.portals:
+    ways = rooms_with_ways_out(segmentation)
+    doored = ways | {room for portal in segmentation.portals for room in portal.rooms}
+    if not doored:
         return [
             'No door was found. If doors are drawn closed or as arcs, erase them: an opening in '
             'the wall is what a robot sees.'
         ]
-    shut = [room for room in rooms if not any(room in p.rooms for p in segmentation.portals)]
+    shut = [room for room in rooms if room not in doored]
     if shut and len(rooms) > 1:
         return [f'{_rooms(shut)}: no door was found. If a robot can get there, draw the opening.']
     return []

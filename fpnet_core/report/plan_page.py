@@ -47,7 +47,7 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         summary='What to know before a robot drives on this floorplan.',
         tiles=list(tiles.items()),
         advice=check.advice,
-        refusals=check.refusals,
+        verdict=check.verdict,
         rooms=rooms,
         tours=check.tours,
     )

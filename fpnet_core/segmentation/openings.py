@@ -74,7 +74,7 @@ def _narrowest_chord(
     col: float,
     reach: float,
     units: NDArray[np.float64],
-    bound: float = np.inf,
+    bound: float,
 ) -> tuple[float, float, float, float]:
     """
     Return the ends (row, col, row, col) of the shortest free chord through a point.
@@ -208,7 +208,8 @@ def _slide_to_narrowest(
     for k in range(_DIRECTIONS):
         angle = np.pi * k / _DIRECTIONS
         units[k] = np.sin(angle), np.cos(angle)
-    first = _narrowest_chord(space, row, col, reach, units)
+    # As the bound of later ones is: Numba would compile a default apart.
+    first = _narrowest_chord(space, row, col, reach, units, np.inf)
     d_row, d_col = first[2] - first[0], first[3] - first[1]
     first_length = np.hypot(d_row, d_col)
     unit = max(1.0, first_length)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
-from fpnet_core.raster.pixels import column_to_xy
-from fpnet_core.types import OCCUPIED, Segmentation
+from fpnet_core.plan_check.verdict import PlanVerdict
+from fpnet_core.raster.pixels import column_to_xy, shrinking
+from fpnet_core.types import OCCUPIED, Region, Segmentation
 from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import DOOR_COLOUR, label_xy, region_colour
 
@@ -27,6 +28,8 @@ Array = NDArray[np.float64]
 # Chosen, not measured:
 _LONG_SIDE_IN = 12.0
 _DPI = 130
+_SHOWN_PX = 2400  # a drawing of more is reduced: the picture has fewer
+_ROOM_PT, _AREA_PT, _DOOR_PT = 9.0, 5.5, 6.0  # letters of numbers and areas
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
 _DROPPED, _STOREY = (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
 _DOUBTFUL = (0.95, 0.0, 0.75)
@@ -38,16 +41,15 @@ _LEAST_IN = 5.0  # for what is said above a tall drawing
 _PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # of a title: its letters, lines and characters
 
 
-def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
+def save_reading(
+    reading: Reading, segmentation: Segmentation, path: Path, verdict: PlanVerdict
+) -> None:
     """Write the picture; ``segmentation`` is that of the reading's grid."""
-    height, width = reading.drawing.pixels.shape[:2]
+    width, height = reading.drawing.size
+    said = [*said_of(reading, segmentation), *verdict.headlines()]
     inch = _LONG_SIDE_IN / max(height, width)
     wide = max(width * inch, _LEAST_IN) + 0.4
-    lines = [
-        part
-        for line in said_of(reading, segmentation)
-        for part in wrap(line, int(wide / _CHARACTER_IN))
-    ]
+    lines = [part for line in said for part in wrap(line, int(wide / _CHARACTER_IN))]
     with saved_figure(path, (wide, height * inch + _LINE_IN * (len(lines) + 3)), _DPI) as figure:
         # Above the axes, however narrow these are.
         figure.suptitle('\n'.join(lines), fontsize=_PT, x=0.01, ha='left')
@@ -56,17 +58,20 @@ def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> No
 
 def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
     """Draw a reading over its drawing, in the drawing's pixels, y down."""
-    pixels = reading.drawing.pixels
-    height, width = pixels.shape[:2]
+    width, height = reading.drawing.size
     to_pixel = _H_pixel_plan(reading)
-    ax.imshow(_with_walls(_paled(pixels), reading, to_pixel))
+    shown = _shown(reading.drawing.pixels)
+    H_shown_pixel = shrinking((shown.shape[1] / width, shown.shape[0] / height))
+    walls = _with_walls(_paled(shown), reading, H_shown_pixel @ to_pixel)
+    ax.imshow(walls, extent=(-0.5, width - 0.5, height - 0.5, -0.5))
     for room in segmentation.rooms:
         outline = _mapped(to_pixel, room.polygon)
         ax.fill(*outline.T, color=region_colour(room.id), alpha=0.5, linewidth=0)
-        x, y = _mapped(to_pixel, np.array([label_xy(room)]))[0]
-        ax.annotate(f'{room.area_m2:.0f}', (x, y), ha='center', va='center', fontsize=6)
+        _number_room(ax, room, to_pixel)
     for portal in segmentation.portals:
-        ax.plot(*_mapped(to_pixel, portal.ends).T, color=DOOR_COLOUR, linewidth=1.8)
+        ends = _mapped(to_pixel, portal.ends)
+        ax.plot(*ends.T, color=DOOR_COLOUR, linewidth=1.8)
+        _number(ax, str(portal.door), ends.mean(axis=0), _DOOR_PT, DOOR_COLOUR)
     for dropped in reading.dropped:
         is_large = dropped.box[2] - dropped.box[0] >= _NAMED_SHARE * width
         _box(ax, dropped.box, _DROPPED, dropped.what if is_large else '', '--')
@@ -78,6 +83,43 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
     _scale_bar(ax, to_pixel, segmentation, (height, width))
     ax.set_xlim(-0.5, width - 0.5)
     ax.set_ylim(height - 0.5, -0.5)
+
+
+def _number_room(ax: Axes, room: Region, to_pixel: Array) -> None:
+    """Write a room's number, as messages have it, and its area below."""
+    middle = _mapped(to_pixel, np.array([label_xy(room)]))[0]
+    _number(ax, str(room.id), middle, _ROOM_PT, 'black', weight='bold')
+    ax.annotate(
+        f'{room.area_m2:.0f} m²',
+        tuple(middle),
+        xytext=(0.0, -0.5 * _ROOM_PT),
+        textcoords='offset points',
+        ha='center',
+        va='top',
+        fontsize=_AREA_PT,
+    )
+
+
+def _number(
+    ax: Axes, number: str, xy: Array, size_pt: float, colour: Any, weight: str = 'normal'
+) -> None:
+    """Write a number with a pale rim, which is read on walls as well."""
+    from matplotlib.patheffects import withStroke
+
+    rim = [withStroke(linewidth=2.0, foreground='white')]
+    ax.annotate(
+        number, tuple(xy), ha='center', va='center', fontsize=size_pt, color=colour,
+        fontweight=weight, path_effects=rim,
+    )  # fmt: skip
+
+
+def _shown(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a drawing of no more pixels than the picture shows."""
+    factor = _SHOWN_PX / max(pixels.shape[:2])
+    if factor >= 1.0:
+        return pixels
+    size = [max(1, round(factor * side)) for side in pixels.shape[1::-1]]
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -165,9 +165,7 @@ class ParserTrainer:
         with torch.no_grad():
             answer = self.mean(plain)[0][:, : len(CLASSES)].float().softmax(dim=1)
             known = torch.cat([answer, torch.ones_like(answer[:, :1])], dim=1)
-            grid = nn.functional.affine_grid(
-                theta.float(), list(known.shape), align_corners=False
-            )
+            grid = nn.functional.affine_grid(theta.float(), list(known.shape), align_corners=False)
             context = nn.functional.grid_sample(known, grid, align_corners=False)
             kept = torch.rand((len(seen), 1, 1, 1), generator=self.generator, device=self.device)
             context = context * (kept < _KEPT_CONTEXT)

@@ -158,9 +158,7 @@ def _rounded(value: Tensor) -> Tensor:
     return value.half().float() if value.is_floating_point() else value
 
 
-def unweighted(
-    state: Mapping[str, Tensor], class_weights: tuple[float, ...]
-) -> dict[str, Tensor]:
+def unweighted(state: Mapping[str, Tensor], class_weights: tuple[float, ...]) -> dict[str, Tensor]:
     """Return a state whose probabilities are those of pixels that weigh the same."""
     weights = np.ones(ANSWERS)
     weights[: len(CLASSES)] = class_weights

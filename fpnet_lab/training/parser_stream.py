@@ -43,9 +43,7 @@ class Chunk:
 class ViewStream(IterableDataset[Chunk]):
     """Chunks without end; equal seeds, workers and starts give equal chunks."""
 
-    def __init__(
-        self, side_px: int, chunk: int, seed: int, start: int, data: Path | None
-    ) -> None:
+    def __init__(self, side_px: int, chunk: int, seed: int, start: int, data: Path | None) -> None:
         self.side_px, self.chunk, self.data = side_px, chunk, data
         self.seed, self.start = seed, start
 
@@ -79,7 +77,13 @@ def _chunk(pairs: list[tuple[View, View, Array]], side_px: int) -> Chunk:
 
 def _theta(A: Array, side_px: int) -> Array:
     """Return a map of pixels (2, 3) as one of coordinates from -1 to 1 between outer edges."""
-    N = np.array([[2.0 / side_px, 0.0, 1.0 / side_px - 1.0], [0.0, 2.0 / side_px, 1.0 / side_px - 1.0], [0, 0, 1]])
+    N = np.array(
+        [
+            [2.0 / side_px, 0.0, 1.0 / side_px - 1.0],
+            [0.0, 2.0 / side_px, 1.0 / side_px - 1.0],
+            [0, 0, 1],
+        ]
+    )
     return np.asarray((N @ np.vstack([A, [0.0, 0.0, 1.0]]) @ np.linalg.inv(N))[:2])
 
 

@@ -42,9 +42,7 @@ class View:
     pixel_m: float
 
 
-def two_views(
-    sample: Sample, side_px: int, rng: np.random.Generator
-) -> tuple[View, View, Array]:
+def two_views(sample: Sample, side_px: int, rng: np.random.Generator) -> tuple[View, View, Array]:
     """
     Return the first and the second look at a sample.
 
@@ -59,7 +57,9 @@ def two_views(
     wanted = float(np.exp(rng.uniform(*np.log(_SHEET_PX))))
     factor = min(wanted / max(height, width), _MOST_ENLARGED)
     middle = np.array([width - 1, height - 1]) / 2.0
-    A_first = _placed(middle, factor, turn, is_flipped, side_px, rng, factor * np.array([width, height]))
+    A_first = _placed(
+        middle, factor, turn, is_flipped, side_px, rng, factor * np.array([width, height])
+    )
     A_second = _placed(
         _middle(sample, rng), _second_factor(sample, rng), turn, is_flipped, side_px, rng, None
     )
@@ -111,9 +111,7 @@ def _between(A_first: Array, A_second: Array) -> Array:
     return np.asarray(A_first @ inverse)
 
 
-def _view(
-    sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.Generator
-) -> View:
+def _view(sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.Generator) -> View:
     """Return what a view shows: averaged to about its size first, then moved and turned."""
     shrink = min(1.0, factor)
     height, width = sample.classes.shape
@@ -131,9 +129,7 @@ def _view(
         quality = int(rng.integers(*_QUALITY))
         _, data = cv2.imencode('.jpg', shown, [cv2.IMWRITE_JPEG_QUALITY, quality])
         shown = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    return View(
-        np.asarray(shown, np.uint8), np.asarray(true, np.uint8), sample.pixel_m / factor
-    )
+    return View(np.asarray(shown, np.uint8), np.asarray(true, np.uint8), sample.pixel_m / factor)
 
 
 def _shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:

@@ -90,9 +90,7 @@ def test_a_plan_is_checked_without_a_drive(folder):
     check = fpnet.check_plan(folder / 'drive' / 'floorplan.yaml')
     assert check.is_readable
     assert check.tours == ()
-    assert re.fullmatch(
-        r'<Check readable: \d+ rooms, \d+ doors, \d+ pieces of advice>', repr(check)
-    )
+    assert re.fullmatch(r'<Check fit: \d+ rooms, \d+ doors, \d+ pieces of advice>', repr(check))
     assert '<img src="data:image/png;base64,' in check._repr_html_()
 
 

@@ -8,39 +8,118 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps
+from PIL import Image
 
 from fpnet_core.drawings.formats.pages import PALE
-from fpnet_core.drawings.types import Array, Drawing
+from fpnet_core.drawings.types import Array, Box, Drawing
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.images import check_size, opened_image
+from fpnet_core.io.images import MAX_PIXELS, opened_image, too_large
+
+WORK_PIXELS = 16_000_000
+"""Chosen: pictures of more pixels are reduced to so many; the network looks at fewer still."""
+
+MAX_STORED_PIXELS = {'JPEG': 500_000_000}
+"""Numerical: more are refused before decoding. JPEG is decoded at a fraction of its size."""
+_MAX_DECODED_PIXELS = 170_000_000  # numerical: 680 MB while a picture is decoded as a whole
+_STRIP_ROWS = 256  # numerical: rows of a reduced picture that are made at once
 
 _ORIENTATION = 0x0112  # given: the EXIF tag that says how a camera was held
+_TURNS = {
+    2: Image.Transpose.FLIP_LEFT_RIGHT,
+    3: Image.Transpose.ROTATE_180,
+    4: Image.Transpose.FLIP_TOP_BOTTOM,
+    5: Image.Transpose.TRANSPOSE,
+    6: Image.Transpose.ROTATE_270,
+    7: Image.Transpose.TRANSVERSE,
+    8: Image.Transpose.ROTATE_90,
+}
 _LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 
-def open_image(path: Path, page: int | None = None) -> Drawing:
+def open_image(path: Path, page: int | None = None, crop: Box | None = None) -> Drawing:
     """
     Open a PNG, JPEG, TIFF, WebP, GIF, BMP or PGM image; ``page`` from 1, of a TIFF of several.
 
     A camera's orientation is applied, transparent places become white, palettes, 16-bit and
-    floating-point levels become 8-bit colours.
+    floating-point levels become 8-bit colours. A picture of more than :data:`WORK_PIXELS` is
+    reduced to these, or the part of it that is to be read (``crop``, in its own pixels) is.
 
     Raises
     ------
     MapFormatError
-        If the file is missing, no image, damaged or larger than
-        :data:`fpnet_core.io.images.MAX_PIXELS`, or lacks the page.
+        If the file is missing, no image, damaged or too large, or lacks the page.
     """
-    with opened_image(path) as image:
+    with opened_image(path, _check_stored) as image:
         notes = _turned_to(page, image, path)
         turn = image.getexif().get(_ORIENTATION, 1)
         kind = (image.format or path.suffix.lstrip('.')).lower()
-        A_pixel_image = _upright(turn, image.width, image.height)
-        pixels = _on_white(ImageOps.exif_transpose(image))
+        width, height = image.size
+        A_pixel_image = _upright(turn, width, height)
+        pixels = _on_white(_turned_upright(_reduced(image, _factor(image.size, crop)), turn))
     if turn != 1:
         notes = (*notes, 'The photograph was turned upright, as its camera says.')
-    return Drawing(pixels, path.name, kind, A_pixel_image=A_pixel_image, notes=notes)
+    size = (height, width) if turn in _ON_ITS_SIDE else (width, height)
+    full_size = None if pixels.shape[1::-1] == size else size
+    return Drawing(
+        pixels, path.name, kind, A_pixel_image=A_pixel_image, notes=notes, full_size=full_size
+    )
+
+
+_ON_ITS_SIDE = range(5, 9)  # given: orientations in which width and height are exchanged
+
+
+def _check_stored(image: Image.Image, path: Path) -> None:
+    """Raise MapFormatError where an image cannot be decoded within a gigabyte."""
+    is_draft = image.format == 'JPEG' and not image.info.get('progressive')
+    most = MAX_STORED_PIXELS['JPEG'] if is_draft else _MAX_DECODED_PIXELS
+    if image.width * image.height > most:
+        raise MapFormatError(too_large(path, f'{image.width} x {image.height} pixels', most))
+
+
+def _factor(size: tuple[int, int], crop: Box | None) -> float:
+    """Return to what share of its sides a picture is reduced; 1 where it is small enough."""
+    whole = size[0] * size[1]
+    part = whole
+    if crop is not None:
+        part = min(max((crop[2] - crop[0]) * (crop[3] - crop[1]), 1), whole)
+    # A small part of a huge picture still comes with the rest of it.
+    most = min(WORK_PIXELS * whole / part, MAX_PIXELS / 2)
+    return 1.0 if whole <= most else float(np.sqrt(most / whole))
+
+
+def _reduced(image: Image.Image, factor: float) -> Image.Image:
+    """Return a picture reduced to a share of its sides, each pixel the mean of what it covers."""
+    if factor >= 1.0:
+        return image
+    width, height = (max(1, round(factor * side)) for side in image.size)
+    image.draft(None, (width, height))  # of JPEG, a half, a quarter or an eighth is decoded
+    columns, rows = image.size
+    strips = []
+    for top in range(0, height, _STRIP_ROWS):
+        bottom = min(top + _STRIP_ROWS, height)
+        first, last = top * rows / height, bottom * rows / height
+        above, below = int(first), min(int(np.ceil(last)), rows)
+        strip = _averageable(image.crop((0, above, columns, below)))
+        box = (0.0, first - above, float(columns), min(last - above, float(below - above)))
+        strips.append(strip.resize((width, bottom - top), Image.Resampling.BOX, box))
+    whole = Image.new(strips[0].mode, (width, height))
+    for number, strip in enumerate(strips):
+        whole.paste(strip, (0, number * _STRIP_ROWS))
+    return whole
+
+
+def _averageable(image: Image.Image) -> Image.Image:
+    """Return a picture in a mode whose levels can be averaged."""
+    if image.mode.startswith('I') or image.mode == 'F':
+        return Image.fromarray(_on_white(image))
+    if 'A' in image.getbands() or 'transparency' in image.info:
+        return image.convert('RGBA')
+    return image.convert('L' if image.mode in ('1', 'L') else 'RGB')
+
+
+def _turned_upright(image: Image.Image, turn: int) -> Image.Image:
+    """Return a picture turned as its EXIF orientation says."""
+    return image.transpose(_TURNS[turn]) if turn in _TURNS else image
 
 
 def _turned_to(page: int | None, image: Image.Image, path: Path) -> tuple[str, ...]:
@@ -53,7 +132,7 @@ def _turned_to(page: int | None, image: Image.Image, path: Path) -> tuple[str, .
     if page > count:
         raise MapFormatError(f'{path.name} has {count} pages; there is no page {page}')
     image.seek(page - 1)
-    check_size(image, path)
+    _check_stored(image, path)
     return ()
 
 

@@ -113,7 +113,14 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     doors = (second.classes[DOOR] > LIKELY) & (cells == FREE)
     trust = _trust(second.classes, context[:-1], cells)
     return SeenBuilding(
-        cells, rough, doors, H_cell_pixel, in_view, chosen, trust, _scale(first, second, H_cell_sheet)
+        cells,
+        rough,
+        doors,
+        H_cell_pixel,
+        in_view,
+        chosen,
+        trust,
+        _scale(first, second, H_cell_sheet),
     )
 
 

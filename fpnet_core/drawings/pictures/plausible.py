@@ -20,6 +20,7 @@ from scipy.special import expit
 
 from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.small_networks import CLIP
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
@@ -68,32 +69,43 @@ def _model() -> tuple[Array, Array, Array, float]:
     return mean, std, weight, float(stored['bias'])
 
 
-def findings(segmentation: Segmentation) -> list[str]:
-    """Return what no building is like, a sentence each; of a reading with rooms."""
+def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -> list[str]:
+    """
+    Return what no building is like, a sentence each; of a reading with rooms.
+
+    Where its scale is stated, that is ``metres_per_unit`` of its own, doors to the outside count
+    as doors, and a room of any size that a door leads into may be a hall. Without a scale such a
+    room may be the paper as well.
+    """
     figures = dict(zip(FEATURES, features(segmentation).tolist(), strict=True))
     rooms = len(segmentation.rooms)
+    ways = set() if metres_per_unit is None else rooms_with_ways_out(segmentation, metres_per_unit)
     low, high = np.log(_DOOR_TO_ROOM)
     ratio = figures['door_to_room']
     specks = np.expm1(figures['specks'])
-    is_doored = rooms < _SEVERAL_ROOMS or figures['doored'] >= _DOORED_SHARE
+    doored = len(ways | {room for p in segmentation.portals for room in p.rooms} - {None}) / rooms
+    is_doored = rooms < _SEVERAL_ROOMS or doored >= _DOORED_SHARE
+    has_doors = bool(segmentation.portals or ways)
+    is_hall = _is_hall(segmentation, ways, _HALL_DOORS if metres_per_unit is None else 1)
     groups = _joined_rooms(segmentation)
     said = [
-        (rooms < _FEW_ROOMS, 'Only one room was found: walls were missed, or it is no floorplan.'),
         (
-            rooms >= _FEW_ROOMS
-            and figures['largest'] > _GIANT_SHARE
-            and not _is_hall(segmentation),
+            rooms < _FEW_ROOMS and not (metres_per_unit and is_hall),
+            'Only one room was found: walls were missed, or it is no floorplan.',
+        ),
+        (
+            rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE and not is_hall,
             f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
             'or the paper was taken for a room.',
         ),
-        (not segmentation.portals, 'No door was found: no building has rooms without doors.'),
+        (not has_doors, 'No door was found: no building has rooms without doors.'),
         (
-            bool(segmentation.portals) and not is_doored,
-            f'{100.0 * (1.0 - figures["doored"]):.0f} % of the rooms have no door: arcs or '
+            has_doors and not is_doored,
+            f'{100.0 * (1.0 - doored):.0f} % of the rooms have no door: arcs or '
             'thresholds of doors were taken for walls; draw the doors as gaps.',
         ),
         (
-            is_doored and rooms >= _SEVERAL_ROOMS and _are_apart(segmentation, groups),
+            is_doored and rooms >= _SEVERAL_ROOMS and _are_apart(segmentation, groups, ways),
             f'No more than {max(map(len, groups), default=0)} of {rooms} rooms are joined by '
             'doors: other doors were taken for walls; draw them as gaps.',
         ),
@@ -123,13 +135,13 @@ def _joined_rooms(segmentation: Segmentation) -> list[set[int]]:
     return groups
 
 
-def _are_apart(segmentation: Segmentation, groups: list[set[int]]) -> bool:
+def _are_apart(segmentation: Segmentation, groups: list[set[int]], ways: set[int]) -> bool:
     """
     Tell whether most rooms cannot be reached: neither from the largest group nor from outside.
 
     Doors to the outside are seldom read, and dwellings in a row have no other ones in common.
     """
-    outer = {portal.rooms[0] for portal in segmentation.portals if portal.rooms[1] is None}
+    outer = ways | {p.rooms[0] for p in segmentation.portals if p.rooms[1] is None}
     largest = max(groups, key=len)
     reached = sum(
         len(group)
@@ -139,11 +151,15 @@ def _are_apart(segmentation: Segmentation, groups: list[set[int]]) -> bool:
     return reached < _JOINED_SHARE * len(segmentation.rooms)
 
 
-def _is_hall(segmentation: Segmentation) -> bool:
-    """Tell whether doors lead from several rooms into the largest one, as into a hall."""
+def _is_hall(segmentation: Segmentation, ways: set[int], least: int) -> bool:
+    """
+    Tell whether doors lead into the largest room, as into a hall.
+
+    They do so from ``least`` other rooms; all that lead outside count as one.
+    """
     largest = max(segmentation.rooms, key=lambda room: room.area_m2).id
     beside = {room for p in segmentation.portals if largest in p.rooms for room in p.rooms}
-    return len(beside - {largest, None}) >= _HALL_DOORS
+    return len(beside - {largest, None}) + (largest in ways or None in beside) >= least
 
 
 def features(segmentation: Segmentation) -> Array:

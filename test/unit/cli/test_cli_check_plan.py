@@ -47,8 +47,9 @@ def test_a_bare_image_is_measured_by_its_rooms_and_doors(tmp_path, capsys):
     printed = capsys.readouterr()
     assert 'Nobody states the scale of this drawing' in printed.err
     report = json.loads(printed.out)
-    assert report['readable']
-    assert report['reasons'] == []
+    assert report['verdict'] == {
+        'fitness': 'fit', 'usable': True, 'accepted': None, 'reasons': []
+    }  # fmt: skip
     assert not report['scale']['given']
     low, high = report['scale_interval']
     assert low < 0.05 < high
@@ -72,11 +73,13 @@ def test_a_drawing_that_is_misread_is_refused_and_says_what_to_do(tmp_path, caps
     assert run(tmp_path / 'sheet.yaml', '--tours', 2, '--json', '-') == 1
     printed = capsys.readouterr()
     report = json.loads(printed.out)
-    assert not report['readable']
-    assert [reason['reason'] for reason in report['reasons']] == ['it is one room of 2380 m2']
-    assert 'fpnet plan ' in report['reasons'][0]['next']
+    assert report['verdict']['fitness'] == 'doubtful'
+    [reason] = report['verdict']['reasons']
+    assert reason['what'] == 'it is one room of 2380 m2'
+    assert reason['boxes_px'] == [[0, 0, 599, 399]]
+    assert 'fpnet plan ' in reason['next']
     assert report['tours'] == report['advice'] == []
-    assert 'not fit to use: it is one room of 2380 m2' in printed.err
+    assert 'doubtful: it is one room of 2380 m2' in printed.err
 
 
 def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
@@ -84,11 +87,11 @@ def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
     write_map(GridMap(grid.cells, 0.01), tmp_path / 'plan.yaml')
     assert run(tmp_path / 'plan.yaml', '--tours', 0, '--json', '-') == 1
     report = json.loads(capsys.readouterr().out)
-    doors, whole = report['reasons']
-    assert doors['reason'].startswith('its middle door is 0.1')
-    assert 'those of a building at 0.0' in whole['reason']
-    for refusal in (doors, whole):
-        assert '--length X1,Y1,X2,Y2=METRES' in refusal['next']
+    doors, whole = report['verdict']['reasons']
+    assert doors['what'].startswith('its middle door is 0.1')
+    assert 'those of a building at 0.0' in whole['what']
+    for reason in (doors, whole):
+        assert '--length X1,Y1,X2,Y2=METRES' in reason['next']
 
 
 @pytest.mark.parametrize('slip', [10.0, 100.0])
@@ -104,8 +107,8 @@ def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):
     assert run(tmp_path / 'black.png', '--tours', 0, '--json', tmp_path / 'check.json') == 1
     assert capsys.readouterr().err.count('\n') == 1
     report = json.loads((tmp_path / 'check.json').read_text())
-    assert not report['readable']
-    assert '--crop' in report['reasons'][0]['next']
+    assert report['verdict']['fitness'] == 'not a floorplan'
+    assert '--crop' in report['verdict']['reasons'][0]['next']
 
 
 @pytest.mark.parametrize('options', [(), ('--resolution', 0.04), ('--length', '40,40,440,40=12')])

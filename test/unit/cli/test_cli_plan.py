@@ -66,18 +66,51 @@ def test_rooms_and_doors_are_exported(drawing, tmp_path, capsys):
 
 def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
     out = tmp_path / 'out' / 'plan.yaml'
-    assert run('plan', drawing, '--length', '0,0,200,0=100', '--out', out, '--json', '-') == 0
+    assert run('plan', drawing, '--length', '0,0,200,0=100', '--out', out, '--json', '-') == 1
     printed = capsys.readouterr()
-    assert 'doubt: its middle room has' in printed.err
-    assert json.loads(printed.out)['doubts'][0].endswith('m2: no building at this scale')
+    assert 'doubtful: its middle room has' in printed.err
+    verdict = json.loads(printed.out)['verdict']
+    assert verdict['fitness'] == 'doubtful'
+    assert verdict['reasons'][0]['what'].endswith('m2: no building at this scale')
+    assert out.is_file()
+
+
+def test_a_plan_that_its_user_accepts_stays_accepted(drawing, tmp_path, capsys):
+    out = tmp_path / 'out' / 'plan.yaml'
+    slip = ('plan', drawing, '--length', '0,0,200,0=100', '--out', out)
+    assert run(*slip, '--accept', ' ') == 1
+    assert not out.exists()
+    assert run(*slip, '--accept', 'it is  a hall') == 0
+    assert 'accepted: it is a hall' in capsys.readouterr().out
+    assert json.loads((out.parent / 'plan.json').read_text())['accepted'] == 'it is a hall'
+    assert read_plan(out).accepted == 'it is a hall'
+    assert run('check-plan', out, '--tours', 0, '--json', '-') == 0
+    printed = capsys.readouterr()
+    assert 'accepted: it is a hall' in printed.err
+    verdict = json.loads(printed.out)['verdict']
+    assert (verdict['usable'], verdict['accepted']) == (True, 'it is a hall')
+    assert run('check-plan', out, '--tours', 0, '--length', '0,0,200,0=100') == 1
+
+
+def test_what_is_no_floorplan_is_one_line_and_nothing_is_written(tmp_path, capsys):
+    noise = np.random.default_rng(4).integers(0, 256, (300, 400), dtype=np.uint8)
+    Image.fromarray(noise).save(tmp_path / 'noise.png')
+    out = tmp_path / 'out' / 'plan.yaml'
+    assert run('plan', tmp_path / 'noise.png', '--out', out, '--json', tmp_path / 'a.json') == 1
+    printed = capsys.readouterr()
+    assert printed.out == ''
+    assert printed.err.count('\n') == 1
+    assert not out.parent.exists()
+    verdict = json.loads((tmp_path / 'a.json').read_text())['verdict']
+    assert verdict['fitness'] == 'not a floorplan'
 
 
 def test_rooms_of_a_slip_in_the_scale_are_doubted_as_well(drawing, capsys):
     assert run('segment', drawing, '--length', '0,0,200,0=100', '--json', '-') == 0
     printed = capsys.readouterr()
     assert 'doubt: its middle room has' in printed.err
-    doubts = json.loads(printed.out)['drawing']['doubts']
-    assert doubts[0].endswith('m2: no building at this scale')
+    reasons = json.loads(printed.out)['verdict']['reasons']
+    assert reasons[0]['what'].endswith('m2: no building at this scale')
 
 
 def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):

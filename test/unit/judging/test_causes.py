@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.causes import (
-    Asked,
     DoubleWalls,
     Findings,
     Fit,

@@ -11,7 +11,7 @@ import pytest
 from fpnet_core.config import load_config
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import ConfigError
-from fpnet_core.judging.causes import Asked
+from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import create_finder, prepare_plan
 from fpnet_core.localizer.sides import rescaled, rescaled_rooms
 from fpnet_core.plan_check import check as plan_check
@@ -22,8 +22,8 @@ from fpnet_core.plan_check.check import (
     expected_path_m,
     room_note,
 )
-from fpnet_core.plan_check.gate import refusals_of
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
+from fpnet_core.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.evaluation.plan_tours import drive_tour
@@ -180,34 +180,34 @@ def test_what_is_wrong_is_said():
 )
 def test_a_scale_of_no_building_speaks_against_a_plan(factor, word):
     grid = rescaled(plan_grid(), factor)
-    found = refusals_of(
+    found = verdict_of(
         reading_of(grid), segment_floorplan(plan_grid(), CONFIG.segmentation), ASKED
     )
-    assert found == ()
+    assert found.fitness is Fitness.FIT
     segmentation = rescaled_rooms(segment_floorplan(plan_grid(), CONFIG.segmentation), factor)
-    found = refusals_of(reading_of(grid), segmentation, ASKED)
-    assert all(refusal.is_scale for refusal in found)
-    assert word in ' '.join(refusal.why for refusal in found)
-    assert bool(found) == bool(word)
+    found = verdict_of(reading_of(grid), segmentation, ASKED)
+    assert found.is_read
+    assert word in ' '.join(reason.what for reason in found.reasons)
+    assert found.is_usable != bool(word)
 
 
 def test_only_a_scale_that_nobody_can_search_is_refused():
     segmentation = segment_floorplan(plan_grid(), CONFIG.segmentation)
     for high_m, count in ((0.085, 0), (0.095, 1)):
         guess = DrawingScale(0.05, 0.04, high_m, ScaleSource.ESTIMATED)
-        found = refusals_of(reading_of(plan_grid(), guess), segmentation, ASKED)
+        found = verdict_of(reading_of(plan_grid(), guess), segmentation, ASKED).reasons
         assert len(found) == count
     assert found[0].next == (
         'measure one length: fpnet check-plan plan.png --length X1,Y1,X2,Y2=METRES'
     )
 
 
-def test_doubts_of_the_reader_are_refusals_and_nothing_else_is_said(monkeypatch):
+def test_doubts_of_the_reader_are_reasons_and_nothing_else_is_said(monkeypatch):
     monkeypatch.setattr(plan_check, 'self_similarity', lambda *_: pytest.fail('looked further'))
     doubted = reading_of(plan_grid(), doubts=('No door was found.',))
     drive = lambda *_: pytest.fail('drove')  # noqa: E731
     check = check_plan(doubted, CONFIG, range(2), drive)
-    assert [refusal.why for refusal in check.refusals] == ['No door was found']
+    assert [reason.what for reason in check.verdict.reasons] == ['No door was found']
     assert check.advice == check.tours == ()
     assert not check.is_readable
 
@@ -221,6 +221,6 @@ def test_doubts_of_the_reader_are_refusals_and_nothing_else_is_said(monkeypatch)
 )
 def test_what_no_building_is_like_is_refused(rooms, doors, word):
     segmentation = segment_floorplan(storey(rooms, doors), CONFIG.segmentation)
-    found = refusals_of(reading_of(storey(rooms, doors)), segmentation, ASKED)
-    assert bool(found) == bool(word)
-    assert word in ' '.join(refusal.why for refusal in found)
+    found = verdict_of(reading_of(storey(rooms, doors)), segmentation, ASKED)
+    assert found.is_usable != bool(word)
+    assert word in ' '.join(reason.what for reason in found.reasons)

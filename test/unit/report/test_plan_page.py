@@ -8,8 +8,8 @@ from PIL import Image
 
 from fpnet_core.drawings.types import DrawingScale, ScaleSource
 from fpnet_core.plan_check.check import PlanCheck, TourResult
-from fpnet_core.plan_check.gate import Refusal
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, Twin
+from fpnet_core.plan_check.verdict import Fitness, PlanVerdict, Reason
 from fpnet_core.report.plan_page import write_plan_report
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.viz.plan_check import UNIQUE, save_plan_check, similarity_colours
@@ -25,11 +25,12 @@ def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
         SelfSimilarity({0: (TWIN,)}, {}, ()),
         (TourResult(7, 40.0, 6.5, 0.1), TourResult(8, 41.0, None, None)),
         advice=('Draw <doors> open.',),
-        refusals=(Refusal('it has no <door>', 'fpnet plan a.png'),),
+        verdict=PlanVerdict(Fitness.DOUBTFUL, (Reason('it has no <door>', 'fpnet plan a.png'),)),
     )
     write_plan_report(tmp_path / 'new' / 'report.html', 'a & b.png', check)
     text = (tmp_path / 'new' / 'report.html').read_text(encoding='utf-8')
     assert 'Draw &lt;doors&gt; open.' in text
+    assert '<h2>Doubtful</h2>' in text
     assert 'it has no &lt;door&gt;.<br>Next: <code>fpnet plan a.png</code>' in text
     assert 'Floorplan check: a &amp; b.png' in text
     assert 'from inside looks like room 3' in text

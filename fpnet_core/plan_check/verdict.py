@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether a drawing, as it was read, will serve as a floorplan; why not, where, and what to do.
+
+Every command and node that checks a plan asks :func:`verdict_of`. The reader's doubts need no
+scale. Here the scale counts as well: areas and door widths of no building, a scale that rooms
+and doors deny, and one that is too uncertain to be searched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+
+from fpnet_core.drawings.plan_files import MAP_FORMAT
+from fpnet_core.drawings.types import Box, DrawingScale, Reading
+from fpnet_core.drawings.wording import said_of_scale
+from fpnet_core.judging.asked import Asked
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
+from fpnet_core.segmentation.ways_out import rooms_with_ways_out
+from fpnet_core.types import UNKNOWN, Region, Segmentation
+
+_ROOM_M2 = (4.0, 200.0)
+"""Physical: the middle room of real buildings has 10 to 60 m2."""
+_DOOR_M = (0.5, 2.5)
+"""Physical: the middle door of real buildings is 0.8 to 1.2 m wide, openings counted."""
+_GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: of the floor in one of at least so many rooms
+_GIANT_M2 = 400.0  # physical: a hall; a larger room that no door leads into is the paper
+_UNKNOWN_SHARE = 0.5  # chosen: of what lies within the building
+_ABSURDITIES = 2  # chosen: so many things that no building has are no floorplan
+_UNSURE = 2.25
+"""Chosen: largest over smallest scale. It is what `fpnet bench localization` tries as
+`unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and where every robot is found.
+Of sheets that were read rightly it is 1.5 to 2.2; what is less sure may be any building."""
+
+
+class Fitness(StrEnum):
+    """Whether a drawing, as it was read, will serve."""
+
+    FIT = 'fit'
+    DOUBTFUL = 'doubtful'
+    NO_FLOORPLAN = 'not a floorplan'
+
+
+@dataclass(frozen=True)
+class Reason:
+    """
+    Something that speaks against using a plan.
+
+    Parameters
+    ----------
+    what : in words
+    next : what to do about it
+    places : boxes on the drawing in its pixels; none where it is everywhere
+    is_scale : only the scale is meant
+    """
+
+    what: str
+    next: str
+    places: tuple[Box, ...] = ()
+    is_scale: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return {
+            'what': self.what,
+            'next': self.next,
+            'boxes_px': [list(map(int, box)) for box in self.places],
+            'scale': self.is_scale,
+        }
+
+
+@dataclass(frozen=True)
+class PlanVerdict:
+    """Whether a plan will serve; ``accepted`` is why its user takes it in spite of ``reasons``."""
+
+    fitness: Fitness
+    reasons: tuple[Reason, ...] = ()
+    accepted: str = ''
+
+    @property
+    def is_usable(self) -> bool:
+        """Tell whether nothing speaks against the plan, or its user accepts it."""
+        return self.fitness is Fitness.FIT or bool(self.accepted)
+
+    @property
+    def is_read(self) -> bool:
+        """Tell whether at most the scale is in doubt, or the user accepts the plan."""
+        return bool(self.accepted) or all(reason.is_scale for reason in self.reasons)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return {
+            'fitness': self.fitness.value,
+            'usable': self.is_usable,
+            'accepted': self.accepted or None,
+            'reasons': [reason.as_json() for reason in self.reasons],
+        }
+
+    def headlines(self) -> list[str]:
+        """Return what speaks against the plan, a line each, or why it is accepted."""
+        if self.accepted:
+            return [f'accepted: {self.accepted}']
+        return [f'{self.fitness.value}: {reason.what}' for reason in self.reasons]
+
+    def said_of_file(self, name: str) -> str:
+        """Return why a file of that name will not serve, in one line."""
+        why = '; '.join(reason.what for reason in self.reasons)
+        return f'{name}: {self.fitness.value}: {why}; next: {self.reasons[0].next}'
+
+    def lines(self) -> Iterator[str]:
+        """Yield what to tell a user; nothing of a plan that is fit."""
+        if self.accepted:
+            yield from self.headlines()
+            return
+        for number, reason in enumerate(self.reasons):
+            yield f'{self.fitness.value}: {reason.what}'
+            following = self.reasons[number + 1 : number + 2]
+            if not following or following[0].next != reason.next:
+                yield f'   next: {reason.next}'
+
+
+FIT = PlanVerdict(Fitness.FIT)
+"""Of a plan that nothing speaks against."""
+
+
+def verdict_of(
+    reading: Reading,
+    segmentation: Segmentation,
+    asked: Asked | None = None,
+    told: ScaleEstimate = STATED_SCALE,
+    picture: str = '',
+) -> PlanVerdict:
+    """
+    Return whether a plan will serve.
+
+    Parameters
+    ----------
+    reading : the drawing as it was read
+    segmentation : rooms and doors of its grid
+    asked : what was typed, for the next commands
+    told : what its rooms, doors and walls say of its scale
+    picture : of how it was read, where there is one
+    """
+    asked = asked or Asked()
+    is_other = _is_no_floorplan(reading, segmentation)
+    look = f'look at {picture}' if picture else asked.look_at_reading()
+    remedy = _remedy(reading, asked, '' if is_other else look)
+    reasons = tuple(_reasons(reading, segmentation, asked, told, remedy))
+    fitness = Fitness.DOUBTFUL if reasons else Fitness.FIT
+    return PlanVerdict(Fitness.NO_FLOORPLAN if is_other else fitness, reasons, reading.accepted)
+
+
+def unreadable(error: Exception, asked: Asked) -> PlanVerdict:
+    """Return the verdict on a file that could not be read."""
+    crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+    return PlanVerdict(Fitness.NO_FLOORPLAN, (Reason(str(error), crop),))
+
+
+def _reasons(
+    reading: Reading,
+    segmentation: Segmentation,
+    asked: Asked,
+    told: ScaleEstimate,
+    remedy: str,
+) -> Iterator[Reason]:
+    places = tuple(each.box for each in reading.doubtful)
+    found = [(doubt.rstrip('.'), places) for doubt in reading.doubts] or [
+        (what, tuple(_box(reading, room) for room in rooms))
+        for what, rooms in _implausible(segmentation, reading.scale.is_known)
+    ]
+    for what, where in found:
+        yield Reason(what, remedy, where)
+    measure = asked.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
+    if not found:
+        for what in scale_faults(reading.scale, segmentation, told):
+            yield Reason(what, measure, is_scale=True)
+    if is_unsure(reading.scale):
+        what = f'its scale is unsure: {said_of_scale(reading.scale)}'
+        yield Reason(what, f'measure one length: {measure}', is_scale=True)
+
+
+def _remedy(reading: Reading, asked: Asked, look: str) -> str:
+    """Return what to do about rooms that may have been misread."""
+    crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+    part = f'if another part of the sheet was read: {crop}'
+    if reading.drawing.format == MAP_FORMAT:
+        part = 'a map of map_server is taken as it is: change its image, thresholds or resolution'
+    accept = f'if it was read rightly: {asked.again("--accept", "REASON")}'
+    return '; '.join([*([look] if look else []), part, accept])
+
+
+def _is_no_floorplan(reading: Reading, segmentation: Segmentation) -> bool:
+    """Tell whether a drawing shows no building, rather than one that was read badly."""
+    if reading.drawing.format == MAP_FORMAT:
+        return False
+    if not segmentation.rooms:
+        return not reading.scale.is_known  # at a wrong scale every room is too small
+    return len(reading.absurd) >= _ABSURDITIES
+
+
+def is_unsure(scale: DrawingScale) -> bool:
+    """Tell whether nobody states a scale, and its interval is too wide to be searched."""
+    return not scale.is_known and scale.high_m > _UNSURE * scale.low_m
+
+
+def _implausible(
+    segmentation: Segmentation, is_measured: bool
+) -> Iterator[tuple[str, Sequence[Region]]]:
+    """Yield what no building is like, and the rooms that are meant."""
+    rooms = segmentation.rooms
+    if not rooms:
+        cell_m = segmentation.grid.resolution
+        yield (
+            f'no room was found at {cell_m:.3g} m per cell: is the scale right, and are negate, '
+            f'mode and thresholds of a map of map_server? ({segmentation.reason})',
+            (),
+        )
+        return
+    areas = np.array([room.area_m2 for room in rooms])
+    share, largest = float(areas.max() / areas.sum()), rooms[int(areas.argmax())]
+    # A room of true metres with a door is a hall. Without a scale it may be the paper as well.
+    ways = rooms_with_ways_out(segmentation) if is_measured else set()
+    doored = ways | {room for portal in segmentation.portals for room in portal.rooms}
+    is_hall = is_measured and largest.id in doored
+    if len(rooms) >= _FEW_ROOMS and share > _GIANT_SHARE and not is_hall:
+        yield f'room {largest.id} holds {100.0 * share:.0f} % of the floor', (largest,)
+    if len(rooms) == 1 and areas[0] > _GIANT_M2 and not is_hall:
+        yield f'it is one room of {areas[0]:.0f} m2', (largest,)
+    if len(rooms) > 1 and not doored:
+        yield f'it has {len(rooms)} rooms and no door', ()
+    unknown = _unknown_share(segmentation)
+    if unknown > _UNKNOWN_SHARE:
+        yield f'{100.0 * unknown:.0f} % of the building is neither wall nor floor', ()
+
+
+def scale_faults(
+    scale: DrawingScale, segmentation: Segmentation, told: ScaleEstimate
+) -> tuple[str, ...]:
+    """Return what speaks against a scale: sizes of no building, another scale that is told."""
+    # Of one room its gate, which is of a gate's size at this scale, tells more than its area.
+    is_hall = len(segmentation.rooms) == 1 and bool(rooms_with_ways_out(segmentation))
+    return (*_mismeasured(segmentation), *_misstated(scale, told, is_hall))
+
+
+def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
+    """Say which areas and widths are those of no building, at the scale that was taken."""
+    area = float(np.median([room.area_m2 for room in segmentation.rooms]))
+    if len(segmentation.rooms) >= _FEW_ROOMS and not _ROOM_M2[0] <= area <= _ROOM_M2[1]:
+        yield f'its middle room has {area:.3g} m2: no building at this scale'
+    widths = [portal.width_m for portal in segmentation.portals]
+    width = float(np.median(widths)) if widths else math.nan
+    if widths and not _DOOR_M[0] <= width <= _DOOR_M[1]:
+        yield f'its middle door is {width:.2g} m wide: no building at this scale'
+
+
+def _misstated(scale: DrawingScale, told: ScaleEstimate, is_single_hall: bool) -> Iterator[str]:
+    """Say by how much a stated scale is off, where that is beyond doubt."""
+    if scale.is_known and told.is_denial and not is_single_hall:
+        yield f'{told.said_at(scale.resolution_m)}, and {said_of_scale(scale)}'
+
+
+def _unknown_share(segmentation: Segmentation) -> float:
+    """Return the share of unknown cells within the hull of all rooms."""
+    inside = (segmentation.labels > 0).astype(np.uint8)
+    hull = cv2.convexHull(cv2.findNonZero(inside))
+    filled = cv2.fillConvexPoly(np.zeros_like(inside), hull, 1) > 0
+    return float(np.mean(segmentation.grid.cells[filled] == UNKNOWN))
+
+
+def _box(reading: Reading, room: Region) -> Box:
+    """Return the box around a room in pixels of the drawing."""
+    outline = map_points(np.linalg.inv(reading.H_plan_image), room.polygon)
+    first, last = np.floor(outline.min(axis=0)), np.ceil(outline.max(axis=0))
+    return int(first[0]), int(first[1]), int(last[0]), int(last[1])
