@@ -17,6 +17,7 @@ import hashlib
 from importlib import resources
 from importlib.resources.abc import Traversable
 import json
+import lzma
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,10 @@ import safetensors.numpy
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.atomic import replaced
+
+_ONNX = '.onnx.xz'  # given
+# Numerical: bytes of a number are packed by their place in it; those of half precision are zero.
+_FILTERS = ({'id': lzma.FILTER_LZMA2, 'preset': 9, 'lc': 0, 'lp': 2, 'pb': 2},)
 
 PACKAGED_NAME = 'matcher.safetensors'
 
@@ -60,18 +65,7 @@ def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) 
     folder: Traversable = resources.files('fpnet_core.weights') if path is None else path.parent
     name = packaged if path is None else path.name
     manifest = _read_manifest(folder, name)
-    if manifest['schema'] != schema:
-        raise WeightsError(
-            f'{name}: made for feature schema {manifest["schema"]!r}, this version computes '
-            f'schema {schema}; {_REMEDY}'
-        )
-    data = _read_bytes(folder, name)
-    digest = hashlib.sha256(data).hexdigest()
-    if digest != manifest['sha256']:
-        raise WeightsError(
-            f'{name}: sha256 is {digest[:12]}..., its manifest says '
-            f'{str(manifest["sha256"])[:12]}...; the file is damaged or was replaced; {_REMEDY}'
-        )
+    data = _checked(folder, name, manifest, schema)
     try:
         tensors = safetensors.numpy.load(data)
     except SafetensorError as error:
@@ -79,6 +73,37 @@ def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) 
     shapes = {key: tuple(shape) for key, shape in manifest['tensors'].items()}
     check_shapes(name, tensors, shapes)
     return Weights(tensors, manifest)
+
+
+def read_onnx(path: Path | None, schema: int, packaged: str) -> tuple[bytes, dict[str, Any]]:
+    """
+    Read and check a network that is stored as ONNX, packed by LZMA; return it unpacked.
+
+    ``path`` has its manifest beside it; None reads the one packaged as ``packaged``. Returns the
+    network and the manifest.
+
+    Raises
+    ------
+    WeightsError
+        If a file is missing or malformed, or the hash or the schema differs.
+    """
+    folder: Traversable = resources.files('fpnet_core.weights') if path is None else path.parent
+    name = packaged if path is None else path.name
+    manifest = _read_manifest(folder, name)
+    data = _checked(folder, name, manifest, schema)
+    try:
+        return lzma.decompress(data), manifest
+    except lzma.LZMAError as error:
+        raise WeightsError(f'{name}: not packed by LZMA ({error}); {_REMEDY}') from None
+
+
+def write_onnx(path: Path, network: bytes, schema: int, facts: Mapping[str, Any]) -> None:
+    """Write what :func:`read_onnx` reads; ``facts`` hold ``network`` at least."""
+    data = lzma.compress(network, filters=_FILTERS)
+    manifest = {'sha256': hashlib.sha256(data).hexdigest(), 'schema': schema, **facts}
+    with replaced(path) as packed, replaced(_manifest_of(path)) as said:
+        packed.write_bytes(data)
+        said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
 
 
 def write_weights(
@@ -103,6 +128,23 @@ def write_weights(
     with replaced(path) as weights, replaced(_manifest_of(path)) as said:
         weights.write_bytes(data)
         said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
+
+
+def _checked(folder: Traversable, name: str, manifest: dict[str, Any], schema: int) -> bytes:
+    """Return a file's bytes if they are those of its manifest and of this schema."""
+    if manifest['schema'] != schema:
+        raise WeightsError(
+            f'{name}: made for feature schema {manifest["schema"]!r}, this version computes '
+            f'schema {schema}; {_REMEDY}'
+        )
+    data = _read_bytes(folder, name)
+    digest = hashlib.sha256(data).hexdigest()
+    if digest != manifest['sha256']:
+        raise WeightsError(
+            f'{name}: sha256 is {digest[:12]}..., its manifest says '
+            f'{str(manifest["sha256"])[:12]}...; the file is damaged or was replaced; {_REMEDY}'
+        )
+    return data
 
 
 def network_of(
@@ -144,7 +186,7 @@ def _describe(shape: tuple[int, ...] | None) -> str:
 
 
 def _manifest_of(path: Path) -> Path:
-    return path.with_suffix('.json')
+    return path.with_name(f'{path.name.removesuffix(_ONNX).removesuffix(".safetensors")}.json')
 
 
 def _read_bytes(folder: Traversable, name: str) -> bytes:
@@ -156,14 +198,16 @@ def _read_bytes(folder: Traversable, name: str) -> bytes:
 
 
 def _read_manifest(folder: Traversable, name: str) -> dict[str, Any]:
-    if not name.endswith('.safetensors'):
-        raise WeightsError(f'weights {name}: expected a .safetensors file')
+    is_onnx = name.endswith(_ONNX)
+    if not is_onnx and not name.endswith('.safetensors'):
+        raise WeightsError(f'weights {name}: expected a .safetensors or {_ONNX} file')
     manifest_name = str(_manifest_of(Path(name)))
     try:
         manifest: dict[str, Any] = json.loads(_read_bytes(folder, manifest_name))
     except ValueError as error:
         raise WeightsError(f'{manifest_name}: not valid JSON ({error}); {_REMEDY}') from None
-    wanted = {'sha256': str, 'schema': int, 'network': dict, 'tensors': dict}
+    wanted = {'sha256': str, 'schema': int, 'network': dict}
+    wanted |= {} if is_onnx else {'tensors': dict}
     for key, kind in wanted.items():
         if not isinstance(manifest, dict) or not isinstance(manifest.get(key), kind):
             raise WeightsError(f'{manifest_name}: lacks {key!r} ({kind.__name__}); {_REMEDY}')

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
-import lzma
 from typing import Any
 
 import cv2
@@ -20,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Chances
+from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import CLASSES
+from fpnet_core.io.weights import read_onnx
 
 OVERLAYS = ('text', 'furniture')
 """Given: what may lie upon a class: each has a probability of its own."""
@@ -37,8 +37,8 @@ STRIDE = 64
 SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
 """Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
 
-FILTERS = ({'id': lzma.FILTER_LZMA2, 'preset': 9, 'lc': 0, 'lp': 2, 'pb': 2},)
-"""Numerical: how the network is packed: bytes of a number by their place in it."""
+PARSER_SCHEMA = 1
+"""Given: grows when the picture that the network sees is made otherwise."""
 
 PARSER_NAME = 'parser.onnx.xz'
 
@@ -59,15 +59,22 @@ class Parse:
     scale: NDArray[np.float64]
 
 
-def parse(pixels: NDArray[np.uint8], context: Chances | None = None) -> Parse:
+def parse(
+    pixels: NDArray[np.uint8], context: Chances | None = None, network: Any | None = None
+) -> Parse:
     """
     Return what the network sees in ``pixels (H, W, 3)``.
 
-    ``context (CONTEXT, H, W)`` is an earlier answer for the same pixels, its last channel 1 where
-    there is one; None where there is none.
+    Parameters
+    ----------
+    pixels : the picture
+    context : (CONTEXT, H, W)
+        An earlier answer for the same pixels, its last channel 1 where there is one; None where
+        there is none.
+    network : of :func:`network_from`; None for the packaged one
     """
     height, width = pixels.shape[:2]
-    network = _packaged()
+    network = network or packaged_parser()
     network.setInput(channels(pixels, context), 'picture')
     logits, scale = network.forward(['classes', 'scale'])
     seen = np.asarray(logits[0, :, :height, :width], np.float32)
@@ -111,7 +118,24 @@ def _pooled(scale: Chances) -> NDArray[np.float64]:
 
 
 @cache
-def _packaged() -> Any:
+def packaged_parser() -> Any:
     """Return the packaged network, read once."""
-    data = resources.files('fpnet_core.weights').joinpath(PARSER_NAME).read_bytes()
-    return cv2.dnn.readNetFromONNX(np.frombuffer(lzma.decompress(data), np.uint8))
+    data, manifest = read_onnx(None, PARSER_SCHEMA, PARSER_NAME)
+    return network_from(data, manifest)
+
+
+def network_from(data: bytes, manifest: dict[str, Any]) -> Any:
+    """
+    Return a network for :func:`parse` from ONNX.
+
+    Raises
+    ------
+    WeightsError
+        If it is for other classes.
+    """
+    if manifest['network'].get('classes') != list(CLASSES):
+        raise WeightsError(
+            'parser weights: classes differ from those of this version; train again with '
+            'fpnet train-parser'
+        )
+    return cv2.dnn.readNetFromONNX(np.frombuffer(data, np.uint8))

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.parsing.network import parse
 from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
 from fpnet_core.drawings.pictures.signs import coloured_signs
 from fpnet_core.drawings.pictures.thickness import wall_cells
@@ -242,9 +243,7 @@ def _guided(
 
 
 def _chances(pixels: NDArray[np.uint8]) -> Chances:
-    from fpnet_core.models.walls import classify, packaged_wall_network  # loads torch
-
-    return classify(packaged_wall_network(), pixels)
+    return parse(pixels).classes
 
 
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
