@@ -16,25 +16,28 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.types import Segmentation
 
+_OutOption = Annotated[
+    Path,
+    typer.Option(
+        '--out', metavar='FILE', help='The map to write; its image and record lie beside it.'
+    ),
+]
+_ExportOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--export',
+        metavar='FILE',
+        help='Rooms and doors as .geojson, .zip (IMDF), .building.yaml, .dxf or .svg.',
+    ),
+]
+
 
 @common.reads_drawing
 def command(
     drawing: Annotated[Path, typer.Argument(metavar='DRAWING', help=common.DRAWING_HELP)],
     said: common.DrawingOptions,
-    out: Annotated[
-        Path,
-        typer.Option(
-            '--out', metavar='FILE', help='The map to write; its image and record lie beside it.'
-        ),
-    ] = Path('plan.yaml'),
-    export: Annotated[
-        list[Path] | None,
-        typer.Option(
-            '--export',
-            metavar='FILE',
-            help='Rooms and doors as .geojson, .zip (IMDF), .building.yaml, .dxf or .svg.',
-        ),
-    ] = None,
+    out: _OutOption = Path('plan.yaml'),
+    export: _ExportOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     accept: verdicts.AcceptOption = None,

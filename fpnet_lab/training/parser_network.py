@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import torch
@@ -47,7 +48,7 @@ class _ConvNorm(nn.Module):
     ) -> None:
         super().__init__()
         self.conv = nn.Conv2d(inputs, outputs, side, stride, side // 2, bias=False)
-        self.norm: nn.Module = nn.BatchNorm2d(outputs)
+        self.norm: nn.BatchNorm2d | nn.Identity = nn.BatchNorm2d(outputs)
         self.is_active = is_active
 
     def forward(self, x: Tensor) -> Tensor:
@@ -56,8 +57,9 @@ class _ConvNorm(nn.Module):
 
     def fold(self) -> None:
         """Fold the normalisation into the convolution, in place; for inference only."""
-        self.conv = fuse_conv_bn_eval(self.conv, self.norm)
-        self.norm = nn.Identity()
+        if isinstance(self.norm, nn.BatchNorm2d):
+            self.conv = fuse_conv_bn_eval(self.conv, self.norm)
+            self.norm = nn.Identity()
 
 
 class _ResidualBlock(nn.Module):
@@ -140,18 +142,19 @@ def onnx_bytes(network: ParserNetwork) -> bytes:
     network.load_state_dict({name: _rounded(value) for name, value in state.items()})
     free = {2: 'height', 3: 'width'}
     names = {'picture': free, 'classes': free, 'scale': {2: 'rows', 3: 'columns'}}
-    buffer = BytesIO()
-    torch.onnx.export(
-        network,
-        (torch.zeros(1, CHANNELS, 128, 192),),
-        buffer,
-        dynamo=False,
-        opset_version=13,
-        input_names=['picture'],
-        output_names=['classes', 'scale'],
-        dynamic_axes=names,
-    )
-    return buffer.getvalue()
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'parser.onnx'
+        torch.onnx.export(
+            network,
+            (torch.zeros(1, CHANNELS, 128, 192),),
+            path,
+            dynamo=False,
+            opset_version=13,
+            input_names=['picture'],
+            output_names=['classes', 'scale'],
+            dynamic_axes=names,
+        )
+        return path.read_bytes()
 
 
 def _rounded(value: Tensor) -> Tensor:

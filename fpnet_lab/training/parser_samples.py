@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings with the truth of every pixel, from which the parser learns; made as they are needed."""
+"""Drawings with the truth of every pixel, from which the parser learns; made when needed."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.formats.images import open_image
+from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL
 from fpnet_core.raster.morphology import grown_by, opened_by, square
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.pixels import shrinking
-from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_lab.sim.population.floors import FREE_GREY, TUNE_FLOORS, read_labels
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes, sheet_overlays

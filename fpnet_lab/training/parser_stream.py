@@ -17,7 +17,7 @@ from torch.utils.data import IterableDataset, get_worker_info
 
 from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M
 from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, real_samples, samples
-from fpnet_lab.training.parser_views import Array, View, two_views
+from fpnet_lab.training.parser_views import Array, SampleView, two_views
 
 _POOL = 6  # numerical: drawings that a process cuts views from
 _PER_SAMPLE = 10  # numerical: views that are cut for each new drawing
@@ -60,13 +60,13 @@ class ViewStream(IterableDataset[Chunk]):
             if number % _PER_SAMPLE == 0 or len(pool) < 2:
                 pool = [*pool[-(_POOL - 1) :], next(source)]
             if number % self.chunk == 0:
-                pairs: list[tuple[View, View, Array]] = []
+                pairs: list[tuple[SampleView, SampleView, Array]] = []
             pairs.append(two_views(pool[int(rng.integers(len(pool)))], self.side_px, rng))
             if len(pairs) == self.chunk:
                 yield _chunk(pairs, self.side_px)
 
 
-def _chunk(pairs: list[tuple[View, View, Array]], side_px: int) -> Chunk:
+def _chunk(pairs: list[tuple[SampleView, SampleView, Array]], side_px: int) -> Chunk:
     views = [(first, second) for first, second, _ in pairs]
     pixels = np.stack([[v.pixels.transpose(2, 0, 1) for v in two] for two in views])
     answers = np.stack([[v.answers for v in two] for two in views])

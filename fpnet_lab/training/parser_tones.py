@@ -11,7 +11,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-# Chosen, not measured: shares of pictures that are changed so.
+# Chosen, not measured; shares of pictures that are changed so, and how far:
 _GREY, _MIXED, _CURVED, _FADED, _TINTED, _SHADED = 0.15, 0.2, 0.25, 0.3, 0.2, 0.2
 _BLURRED, _NOISY, _COPIED, _INVERTED = 0.25, 0.3, 0.02, 0.05
 _BLUR_PX = (0.4, 1.3)

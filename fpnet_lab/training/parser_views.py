@@ -27,6 +27,7 @@ _BUILDING_PX = (350.0, 1400.0)  # the longer side of a building as the second lo
 _WALL_PX = (2.5, 8.0)  # the mean thickness of walls, where the second look is sized by them
 _BY_WALLS = 0.6  # of second looks are sized by walls, the others by the building
 _MOST_ENLARGED = 1.5
+_FLIPPED = 0.5  # of samples are mirrored
 _IN_BUILDING = 0.85  # of second looks have their middle in the building
 _TURNED, _TURN_RAD, _ANY_TURN = 0.3, 0.07, 0.08
 _PRESSED, _QUALITY = 0.2, (25, 90)  # of views were kept as JPEG, and how well
@@ -34,7 +35,7 @@ _SOLID_LEVEL = 56  # of 255: what is wall to such a share is wall in a smaller p
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class SampleView:
     """``pixels (S, S, 3)``, ``answers (S, S)`` and the true edge of a pixel [m], or NaN."""
 
     pixels: Pixels
@@ -42,14 +43,16 @@ class View:
     pixel_m: float
 
 
-def two_views(sample: Sample, side_px: int, rng: np.random.Generator) -> tuple[View, View, Array]:
+def two_views(
+    sample: Sample, side_px: int, rng: np.random.Generator
+) -> tuple[SampleView, SampleView, Array]:
     """
     Return the first and the second look at a sample.
 
     The third is the affine map (2, 3) from the second view's pixels to the first one's. Answers
     hold the class in the lower three bits, and overlays in the next two.
     """
-    quarters, is_flipped = int(rng.integers(4)), rng.random() < 0.5
+    quarters, is_flipped = int(rng.integers(4)), rng.random() < _FLIPPED
     turn = float(rng.uniform(-_TURN_RAD, _TURN_RAD)) if rng.random() < _TURNED else 0.0
     turn = float(rng.uniform(-np.pi, np.pi)) if rng.random() < _ANY_TURN else turn
     turn += quarters * np.pi / 2.0
@@ -111,7 +114,9 @@ def _between(A_first: Array, A_second: Array) -> Array:
     return np.asarray(A_first @ inverse)
 
 
-def _view(sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.Generator) -> View:
+def _view(
+    sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.Generator
+) -> SampleView:
     """Return what a view shows: averaged to about its size first, then moved and turned."""
     shrink = min(1.0, factor)
     height, width = sample.classes.shape
@@ -128,13 +133,15 @@ def _view(sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.
     if rng.random() < _PRESSED:
         quality = int(rng.integers(*_QUALITY))
         _, data = cv2.imencode('.jpg', shown, [cv2.IMWRITE_JPEG_QUALITY, quality])
-        shown = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    return View(np.asarray(shown, np.uint8), np.asarray(true, np.uint8), sample.pixel_m / factor)
+        shown = np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR))
+    return SampleView(
+        np.asarray(shown, np.uint8), np.asarray(true, np.uint8), sample.pixel_m / factor
+    )
 
 
 def _shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:
     """Return pixels and answers of another size; walls get thinner, but stay closed."""
-    answers = sample.classes | (sample.overlays << 3)
+    answers = np.asarray(sample.classes | (sample.overlays << 3), np.uint8)
     if size[0] >= sample.classes.shape[1]:
         return sample.pixels, answers
     pixels = cv2.resize(sample.pixels, size, interpolation=cv2.INTER_AREA)

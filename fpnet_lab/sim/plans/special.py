@@ -21,7 +21,7 @@ from fpnet_lab.sim.plans.finish import finish
 from fpnet_lab.sim.plans.gates import with_gates
 from fpnet_lab.sim.plans.generate import draw_style
 from fpnet_lab.sim.plans.layout import Cell, Kind, Style, absorb_slivers, cut_holes, polygons_of
-from fpnet_lab.sim.types import BuildingPlan
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 Rng = np.random.Generator
 Box = tuple[float, float, float, float]
@@ -325,7 +325,9 @@ def _school(rng: Rng, style: Style) -> list[Cell]:
 def _terraced(rng: Rng, style: Style) -> BuildingPlan:
     """Lay dwellings in a row, joined by nothing but walls; each has its own doors."""
     wide, deep = float(rng.uniform(4.8, 7.5)), float(rng.uniform(8.0, 12.0))
-    is_equal, rooms, doors = rng.random() < 0.5, [], []
+    is_equal = rng.random() < 0.5
+    rooms: list[PlanRoom] = []
+    doors: list[PlanDoor] = []
     seed = int(rng.integers(1 << 31))
     for i in range(int(rng.integers(2, 9))):
         own = np.random.default_rng([seed, 0 if is_equal else i])

@@ -214,8 +214,9 @@ def cloud(s: Sketch, rect: Rect) -> None:
     radius = max(3.0, s.unit * s.pick(5, 12))
     colour = s.colour(0, 220)
     xs, ys = np.arange(left, right, 1.7 * radius), np.arange(top, bottom, 1.7 * radius)
-    spots = [(x, top, 180) for x in xs] + [(x, bottom, 0) for x in xs]
-    spots += [(left, y, 90) for y in ys] + [(right, y, 270) for y in ys]
+    spots = [(float(x), float(top), 180) for x in xs] + [(float(x), float(bottom), 0) for x in xs]
+    spots += [(float(left), float(y), 90) for y in ys]
+    spots += [(float(right), float(y), 270) for y in ys]
     for x, y, start in spots:
         at, size = (round(x), round(y)), (round(radius), round(radius))
         cv2.ellipse(s.pixels, at, size, 0, start, start + 180, colour, s.width(1.5), cv2.LINE_AA)
@@ -354,7 +355,7 @@ BLOCK_MAKERS: dict[str, tuple[Block, tuple[float, float], tuple[float, float]]] 
     'headline': (headline, (0.2, 0.6), (0.04, 0.12)),
     'scribble': (scribble, (0.1, 0.3), (0.05, 0.2)),
 }
-"""How blocks are drawn, and their widths and heights as shares of the picture's."""
+"""How blocks are drawn, and their widths and heights as shares of the picture's; chosen."""
 
 
 def draw_block(s: Sketch, name: str) -> None:

@@ -24,7 +24,7 @@ _FINER = 2  # numerical: areas are painted on a raster so many times as fine
 _HALF = 0.5  # numerical: of a pixel is wall
 
 TEXT_BIT, SYMBOL_BIT = 1, 2
-"""Bits of an overlay map: letters; furniture, stairs and other symbols."""
+"""Bits of an overlay map: letters; furniture, stairs and other symbols; given."""
 
 _LETTER_HALF = 0.65  # half a line of text over the height of a capital; chosen
 _SPARE_PX = 2  # numerical: lines are so much wider in the overlay

@@ -24,7 +24,7 @@ _CLOSED_LEAF = 0.3  # thickness of a shut leaf over that of its wall
 
 
 @dataclass(frozen=True, eq=False)
-class Opening:
+class DoorHole:
     """
     A hole in a wall: ``start (2,)`` on the wall's middle line, the unit vectors ``along`` it and
     ``normal`` towards where leaves open, its width and the wall's thickness [m].
@@ -57,9 +57,9 @@ class Drawn:
     sills: list[Array]
 
 
-def openings_of(storey: PlacedStorey, look: Look) -> list[Opening]:
+def openings_of(storey: PlacedStorey, look: Look) -> list[DoorHole]:
     """Return all doors of a storey and its entrances."""
-    found: list[Opening] = []
+    found: list[DoorHole] = []
     for door in storey.on_page.doors:
         if door.is_open:
             continue
@@ -67,11 +67,11 @@ def openings_of(storey: PlacedStorey, look: Look) -> list[Opening]:
         along = (last - first) / max(door.width_m, 1e-9)
         side = 1.0 if door.swing == 0 else -1.0
         normal = side * np.array([-along[1], along[0]])
-        found.append(Opening(first, along, normal, door.width_m, storey.drawn_wall_m))
+        found.append(DoorHole(first, along, normal, door.width_m, storey.drawn_wall_m))
     for a, b, _, far_a in facade(storey, look).entrances:
         width, depth = float(np.linalg.norm(b - a)), float(np.linalg.norm(far_a - a))
         normal = (far_a - a) / depth * (1.0 if int(1e3 * width) % 2 else -1.0)
-        found.append(Opening((a + far_a) / 2.0, (b - a) / width, normal, width, depth))
+        found.append(DoorHole((a + far_a) / 2.0, (b - a) / width, normal, width, depth))
     return found
 
 
@@ -116,7 +116,7 @@ def _arc_marks(drawn: Drawn, pen: Pen) -> list[Mark]:
     return [Arcs(Role.DOOR, centre, radius, span, pen)]
 
 
-def _hinges(o: Opening) -> list[tuple[Array, Array, float]]:
+def _hinges(o: DoorHole) -> list[tuple[Array, Array, float]]:
     """Return each leaf's hinge, its direction when shut and its length."""
     if o.width_m <= DOUBLE_LEAF_M:
         return [(o.start, o.along, o.width_m)]
@@ -127,7 +127,7 @@ def _hinges(o: Opening) -> list[tuple[Array, Array, float]]:
 
 
 def _swing(
-    o: Opening, paint: DoorPaint, into: Drawn, normal: Array, has_leaf: bool, has_arc: bool
+    o: DoorHole, paint: DoorPaint, into: Drawn, normal: Array, has_leaf: bool, has_arc: bool
 ) -> None:
     for hinge, along, length in _hinges(o):
         foot = hinge + normal * o.wall_m / 2.0
@@ -143,28 +143,28 @@ def _swing(
             into.arcs.append((foot, length, *sweep))
 
 
-def _gap(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _gap(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     del o, paint, into
 
 
-def _leaf(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _leaf(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     _swing(o, paint, into, o.normal, has_leaf=True, has_arc=False)
 
 
-def _arc(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _arc(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     _swing(o, paint, into, o.normal, has_leaf=True, has_arc=True)
 
 
-def _arc_only(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _arc_only(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     _swing(o, paint, into, o.normal, has_leaf=False, has_arc=True)
 
 
-def _both_ways(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _both_ways(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     for normal in (o.normal, -o.normal):
         _swing(o, paint, into, normal, has_leaf=normal is o.normal, has_arc=True)
 
 
-def _sliding(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _sliding(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     """Draw two panels within the opening, one behind the other, or one panel over half of it."""
     thick = max(paint.slab_m, 0.05)
     half = (0.5 + _PANEL_OVERLAP / 2.0) * o.width_m
@@ -172,7 +172,7 @@ def _sliding(o: Opening, paint: DoorPaint, into: Drawn) -> None:
     into.slabs.append(o.slab(o.at(o.width_m - half, -thick), o.at(o.width_m, -thick), thick))
 
 
-def _pocket(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _pocket(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     """Draw one panel that slides along the wall's face, half open; some as thick as the wall."""
     thick = o.wall_m if paint.is_filled and paint.slab_m > 0.0 else max(paint.slab_m, 0.05)
     face = o.wall_m / 2.0 + thick
@@ -180,7 +180,7 @@ def _pocket(o: Opening, paint: DoorPaint, into: Drawn) -> None:
     into.slabs.append(o.slab(o.at(start, face), o.at(start + o.width_m, face), thick))
 
 
-def _folding(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _folding(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     """Draw a zigzag over part of the opening."""
     reach = o.width_m * (0.3 + 0.6 * abs(np.cos(paint.angle_rad)))
     fold = 0.5 * o.width_m / _FOLDS
@@ -188,7 +188,7 @@ def _folding(o: Opening, paint: DoorPaint, into: Drawn) -> None:
     into.lines.append(np.stack([o.at(u, fold * (i % 2)) for i, u in enumerate(at.tolist())]))
 
 
-def _closed(o: Opening, paint: DoorPaint, into: Drawn) -> None:
+def _closed(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
     if paint.slab_m > 0.0:
         thick = max(_CLOSED_LEAF * o.wall_m, 0.03)
         into.slabs.append(o.slab(o.at(0.0, -thick), o.at(o.width_m, -thick), thick))
@@ -196,7 +196,7 @@ def _closed(o: Opening, paint: DoorPaint, into: Drawn) -> None:
         into.lines.append(np.stack([o.at(0.0, 0.0), o.at(o.width_m, 0.0)]))
 
 
-_DRAW: dict[str, Callable[[Opening, DoorPaint, Drawn], None]] = {
+_DRAW: dict[str, Callable[[DoorHole, DoorPaint, Drawn], None]] = {
     'gap': _gap,
     'leaf': _leaf,
     'arc': _arc,

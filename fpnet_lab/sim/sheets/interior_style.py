@@ -86,7 +86,7 @@ ROOM_SYMBOLS: dict[str, float] = {
     'chain': 0.15,
     'icons': 0.15,
 }
-"""What may stand in a room or be written into it, with shares of sheets that show it."""
+"""What may stand in a room or be written into it, with shares of sheets that show it; chosen."""
 
 STOREY_SYMBOLS: dict[str, float] = {
     'columns': 0.25,
@@ -96,7 +96,7 @@ STOREY_SYMBOLS: dict[str, float] = {
     'wires': 0.12,
     'furniture': 0.25,
 }
-"""What spreads over a storey, with shares of sheets that show it."""
+"""What spreads over a storey, with shares of sheets that show it; chosen."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from fpnet_core.drawings.lengths import INCH_M
 
-_FOOT_IN = 12  # by definition
-_SQUARE_FOOT_M2 = (_FOOT_IN * INCH_M) ** 2
+_FOOT_IN = 12  # given: by definition
+_SQUARE_FOOT_M2 = (_FOOT_IN * INCH_M) ** 2  # given: by definition
 
 
 def feet_and_inches(metres: float, has_inches: bool) -> str:

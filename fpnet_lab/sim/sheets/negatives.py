@@ -26,9 +26,9 @@ from fpnet_lab.sim.sheets.surround_style import SurroundStyle, draw_surround_sty
 
 # All sizes, counts and colours here are chosen, not measured.
 
-_SIDES_PX = (350.0, 1500.0)
-_OFFSET = 7919  # of seeds, so that none is a sheet's
-_EFFECT_SHARE = 0.6
+_SIDES_PX = (350.0, 1500.0)  # of a picture's longer side; chosen
+_OFFSET = 7919  # numerical: of seeds, so that none is a sheet's
+_EFFECT_SHARE = 0.6  # of negatives have effects of pictures; chosen
 
 
 def draw_negative(seed: int) -> Pixels:
@@ -99,7 +99,8 @@ def _circuit(s: Sketch) -> None:
         if j < len(boxes):
             s.line(_elbow(middles[i], middles[j], s.chance(0.5)), pen, pens)
             if s.chance(0.4):
-                s.disc(*middles[j].tolist(), 2.5 * s.unit, pen, None)
+                x, y = middles[j].tolist()
+                s.disc(x, y, 2.5 * s.unit, pen, None)
     for box, (x, y) in zip(boxes, middles.tolist(), strict=True):
         a, b, c, d = box
         pick = s.rng.random()

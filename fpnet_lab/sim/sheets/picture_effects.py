@@ -15,8 +15,8 @@ from fpnet_lab.sim.sheets.surround_style import SurroundStyle
 
 # All strengths, sizes and colours here are chosen, not measured.
 
-THUMBNAIL_PX = (350.0, 900.0)
-_LEAST_PX = 48  # no picture's shorter side is less
+THUMBNAIL_PX = (350.0, 900.0)  # of a picture's longer side; chosen
+_LEAST_PX = 48  # no picture's shorter side is less; chosen
 
 
 def _sketch(pixels: Pixels, rng: np.random.Generator) -> Sketch:
@@ -173,7 +173,7 @@ def _highlighter(pixels: Pixels, rng: np.random.Generator) -> Pixels:
         line = np.rint(start + np.cumsum(steps, axis=0)).astype(np.int32)
         pen = int(rng.uniform(0.005, 0.025) * max(height, width)) + 2
         cv2.polylines(layer, [line], rng.random() < 0.3, colour, pen, cv2.LINE_AA)
-    return cv2.multiply(pixels, layer, scale=1.0 / 255.0)
+    return np.asarray(cv2.multiply(pixels, layer, scale=1.0 / 255.0), np.uint8)
 
 
 def _stamp_over(pixels: Pixels, rng: np.random.Generator) -> Pixels:
@@ -267,7 +267,8 @@ def _halftone(pixels: Pixels, rng: np.random.Generator) -> Pixels:
     u = (np.cos(angle) * x + np.sin(angle) * y) * np.float32(2 * np.pi / pitch)
     v = (np.cos(angle) * y - np.sin(angle) * x) * np.float32(2 * np.pi / pitch)
     screen = (np.cos(u) + np.cos(v)) * np.float32(rng.uniform(15, 45))
-    return np.clip(pixels + screen[..., None] * (pixels < 250), 0, 255).astype(np.uint8)
+    shown = np.clip(pixels + screen[..., None] * (pixels < 250), 0, 255)
+    return np.asarray(shown.astype(np.uint8))
 
 
 def _moire(pixels: Pixels, rng: np.random.Generator) -> Pixels:
@@ -279,7 +280,7 @@ def _moire(pixels: Pixels, rng: np.random.Generator) -> Pixels:
         angle, pitch = rng.uniform(0, np.pi), rng.uniform(2.3, 30.0)
         phase = (np.cos(angle) * x + np.sin(angle) * y) * np.float32(2 * np.pi / pitch)
         waves += np.cos(phase) * np.float32(rng.uniform(2, 12))
-    return np.clip(pixels + waves[..., None], 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(pixels + waves[..., None], 0, 255).astype(np.uint8))
 
 
 def _blocks(pixels: Pixels, rng: np.random.Generator) -> Pixels:

@@ -151,7 +151,9 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     extent = first.extent[1] - first.extent[0]
     look = draw_look(rng, kind, float(extent.max()))
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
-    plans = (first, _storey_of(rng, kind)) if is_double else (first,)
+    plans: tuple[BuildingPlan, ...] = (first,)
+    if is_double:
+        plans = (first, _storey_of(rng, kind))
     placing = int(rng.integers(MAX_SEED))
     layout = compose(plans, _sized(look), np.random.default_rng(placing), is_blank=True)
     look = with_room_for(look, max(layout.artwork.size_m))

@@ -14,11 +14,12 @@ from shapely.geometry.base import BaseGeometry
 
 from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.sheets.blocks import BLOCK_MAKERS, draw_block, strip
+from fpnet_lab.sim.sheets.grounds import Grounds
 from fpnet_lab.sim.sheets.looks import Look
 from fpnet_lab.sim.sheets.picture_effects import scaling
 from fpnet_lab.sim.sheets.sketch import Array, Pixels, Rgb, Sketch, blank
 from fpnet_lab.sim.sheets.storeys import PlacedStorey
-from fpnet_lab.sim.sheets.surround_marks import AROUND_MAKERS, OVER_MAKERS, Site
+from fpnet_lab.sim.sheets.surround_marks import AROUND_MAKERS, OVER_MAKERS
 from fpnet_lab.sim.sheets.surround_style import AROUND, BLOCKS, OVER, STRIPS, SurroundStyle
 
 # Chosen, not measured:
@@ -61,8 +62,8 @@ def surrounded(
     built = _mapped(shell, H)
     per_m = float(np.sqrt(abs(np.linalg.det(H[:2, :2]))))
     unit = float(np.clip(max(pixels.shape[:2]) / _UNIT_PX * rng.uniform(0.8, 1.6), 0.6, 4.0))
-    _around(pixels, Site(Sketch(pixels, rng, ink, paper, unit), built, per_m), style)
-    site = Site(Sketch(pixels, rng, ink, paper, unit), built, per_m)
+    _around(pixels, Grounds(Sketch(pixels, rng, ink, paper, unit), built, per_m), style)
+    site = Grounds(Sketch(pixels, rng, ink, paper, unit), built, per_m)
     _beside(site, style)
     for name in OVER:
         if name in style.parts:
@@ -155,7 +156,7 @@ def _painted(shape: tuple[int, int], area: BaseGeometry) -> NDArray[np.bool_]:
     return mask.astype(np.bool_)
 
 
-def _around(pixels: Pixels, site: Site, style: SurroundStyle) -> None:
+def _around(pixels: Pixels, site: Grounds, style: SurroundStyle) -> None:
     """Draw what lies around the building in place, under what is already there."""
     names = [name for name in AROUND if name in style.parts]
     if not names:
@@ -172,7 +173,7 @@ def _around(pixels: Pixels, site: Site, style: SurroundStyle) -> None:
     np.copyto(pixels, drawn, where=~keep[..., None])
 
 
-def _beside(site: Site, style: SurroundStyle) -> None:
+def _beside(site: Grounds, style: SurroundStyle) -> None:
     """Draw blocks in free places around the building, and a frame at the paper's edge."""
     s = site.s
     names = [name for name in BLOCKS if name in style.parts]
@@ -196,7 +197,7 @@ def _beside(site: Site, style: SurroundStyle) -> None:
             draw_block(s, name)
 
 
-def _edge_frame(site: Site) -> None:
+def _edge_frame(site: Grounds) -> None:
     """Draw a thick, double or plain frame along the paper's edge where it misses the building."""
     s = site.s
     width, height = s.size

@@ -11,7 +11,7 @@ import numpy as np
 
 Framing = Literal['as laid out', 'cropped', 'small on a large sheet', 'padded']
 
-# Shares of varied sheets with a component. Chosen, not measured:
+# Chosen, not measured; shares of varied sheets with a component:
 AROUND: dict[str, float] = {
     'contours': 0.16,
     'lawn': 0.12,

@@ -12,7 +12,8 @@ from fpnet_lab.sim.sheets.room_frame import Brush, RoomFrame
 from fpnet_lab.sim.sheets.storeys import arrow_head
 
 # All sizes are chosen, not measured.
-_TREAD_M = (0.25, 0.32)
+
+_TREAD_M = (0.25, 0.32)  # the depth of a tread; chosen
 _UP = ('UP', 'DN', 'auf', 'up', '17 Stg.', '18 x 16.7/29')
 
 
