@@ -22,5 +22,5 @@ COMMANDS = {
     'train-judge': _lab('train_judge', 'Train the judge of placements.'),
     'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),
     'train-scale': _lab('train_scale', 'Train what tells the scale of a drawing or a map.'),
-    'train-walls': _lab('train_walls', 'Train the network that reads walls from pictures.'),
+    'train-parser': _lab('train_parser', 'Train the network that parses pictures.'),
 }

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -17,7 +18,7 @@ from fpnet_lab.provenance import Provenance
 def command(
     out: options.RunOption,
     data: options.MaybeTuneDataOption = None,
-    steps: Annotated[int, typer.Option('--steps', min=1, help='Batches.')] = 12_000,
+    steps: Annotated[int, typer.Option('--steps', min=0, help='Batches.')] = 12_000,
     minutes: Annotated[
         float, typer.Option('--minutes', min=0.0, help='End after so long; 0: after all steps.')
     ] = 0.0,
@@ -28,6 +29,13 @@ def command(
     workers: Annotated[
         int, typer.Option('--workers', min=1, help='Processes that draw sheets.')
     ] = 1,
+    start: Annotated[
+        Path | None,
+        typer.Option('--start', metavar='FILE', help='Begin with a walls.safetensors.'),
+    ] = None,
+    held: Annotated[
+        int, typer.Option('--held', min=1, help='Sheets of each kind to measure on.')
+    ] = 10,
     device: Annotated[str, typer.Option('--device', help='cpu, or cuda.')] = 'cpu',
     seed: common.SeedOption = 0,
 ) -> None:
@@ -57,9 +65,12 @@ def command(
     )
     trainer = ParserTrainer(out, settings, data, device)
 
+    if start is not None and not trainer.step:
+        trainer.start_from(common.check_input(start))
+
     def on_saved(figures: dict[str, Any]) -> None:
         typer.echo(json.dumps(figures))
 
     trainer.run(on_saved)
-    facts = {'real': data is not None, 'command': Provenance.now().command}
-    typer.echo(f'wrote {trainer.write(facts)}')
+    facts = {'data': {'real': data is not None, 'command': Provenance.now().command}}
+    typer.echo(f'wrote {trainer.write(facts, held)}')

@@ -12,24 +12,32 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from itertools import islice
-import json
-import lzma
 from pathlib import Path
 import time
 from typing import Any
 
+from safetensors.torch import load_file
 import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader
 
-from fpnet_core.drawings.parsing.network import CHANNELS, CONTEXT, FILTERS, PARSER_NAME
+from fpnet_core.drawings.parsing.network import (
+    CHANNELS,
+    CONTEXT,
+    PARSER_NAME,
+    PARSER_SCHEMA,
+    network_from,
+)
 from fpnet_core.io.pixel_classes import CLASSES
+from fpnet_core.io.weights import write_onnx
 from fpnet_lab.pool import START_METHOD
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.optimizer import rate_at
+from fpnet_lab.training.parser_held import held_figures
 from fpnet_lab.training.parser_network import (
     ParserNetwork,
     ParserNetworkConfig,
+    grown,
     onnx_bytes,
     pooled_scale,
     unweighted,
@@ -208,21 +216,30 @@ class ParserTrainer:
         seconds = round(time.monotonic() - self.begun)
         return {'step': self.step, 'loss': loss, 'seconds': seconds}
 
-    def write(self, facts: dict[str, Any]) -> Path:
-        """Write the mean as the packaged network, with how it was made beside it."""
+    def start_from(self, walls: Path) -> None:
+        """Begin with the network of walls that was trained before; see :func:`grown`."""
+        tensors = {name: tensor.float() for name, tensor in load_file(walls).items()}
+        grown(tensors, self.network, torch.tensor(self.config.class_weights).log())
+        self.mean.load_state_dict(self.network.state_dict())
+
+    def write(self, facts: dict[str, Any], held: int) -> Path:
+        """
+        Write the mean as the packaged network, with how it was made beside it.
+
+        ``facts`` join the manifest, and so do figures on ``held`` sheets of each kind.
+        """
         network = ParserNetwork(self.layout)
         state = {name: value.cpu() for name, value in self.mean.state_dict().items()}
         network.load_state_dict(unweighted(state, self.config.class_weights))
-        data = lzma.compress(onnx_bytes(network), filters=FILTERS)
-        path = self.folder / PARSER_NAME
-        path.write_bytes(data)
+        data = onnx_bytes(network)
         made = {
             'network': asdict(self.layout) | {'classes': list(CLASSES)},
             'training': asdict(self.config) | {'steps_made': self.step},
             **facts,
         }
-        text = json.dumps(made, indent=1) + '\n'
-        path.with_name('parser.json').write_text(text, encoding='utf-8')
+        made['figures'] = {'iou': held_figures(network_from(data, made), held)}
+        path = self.folder / PARSER_NAME
+        write_onnx(path, data, PARSER_SCHEMA, made)
         return path
 
 

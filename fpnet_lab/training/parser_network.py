@@ -167,3 +167,37 @@ def unweighted(state: Mapping[str, Tensor], class_weights: tuple[float, ...]) ->
     weights[: len(CLASSES)] = class_weights
     each = torch.tensor(np.log(weights), dtype=torch.float32).repeat_interleave(_PER_ANSWER)
     return {k: v - each if k == 'head.bias' else v for k, v in state.items()}
+
+
+def grown(walls: Mapping[str, Tensor], network: ParserNetwork, log_weights: Tensor) -> None:
+    """
+    Begin with the network of walls that was trained before, in place.
+
+    It had one look, five levels and no other answers. What is new adds nothing at first, so that
+    the answers for classes are those of that network.
+
+    Parameters
+    ----------
+    walls : tensors of its file ``walls.safetensors`` (commit 450c2a4)
+    network : of the default layout
+    log_weights : (K,), of the classes in training
+    """
+    state = network.state_dict()
+    for name, value in walls.items():
+        parts = name.split('.')
+        if parts[0] == 'down' and parts[2] == '1':
+            parts = ['down', parts[1], str(1 + int(parts[3])), *parts[4:]]
+        elif parts[0] in {'lift', 'up'}:
+            parts[1] = str(int(parts[1]) + 1)
+        target = state['.'.join(parts)]
+        with torch.no_grad():
+            if target.shape == value.shape:
+                target.copy_(value)
+            else:  # more inputs, or more answers
+                target.zero_()
+                target[tuple(slice(side) for side in value.shape)] = value.float()
+    each = log_weights.repeat_interleave(_PER_ANSWER)
+    state['head.bias'][: len(each)] += each
+    for name in ('lift.0.norm.weight', 'up.0.0.second.norm.weight'):
+        state[name].zero_()
+    network.load_state_dict(state)

@@ -121,7 +121,7 @@ def _view(
     shrink = min(1.0, factor)
     height, width = sample.classes.shape
     size = (max(1, round(shrink * width)), max(1, round(shrink * height)))
-    pixels, answers = _shrunk(sample, size)
+    pixels, answers = shrunk(sample, size)
     per_pixel = np.array([size[0] / width, size[1] / height])
     back = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     there = np.linalg.inv(back)
@@ -139,7 +139,7 @@ def _view(
     )
 
 
-def _shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:
+def shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:
     """Return pixels and answers of another size; walls get thinner, but stay closed."""
     answers = np.asarray(sample.classes | (sample.overlays << 3), np.uint8)
     if size[0] >= sample.classes.shape[1]:

@@ -115,7 +115,7 @@ def doors(manifest: Row) -> Figures:
     return {'': Table.of(_DOORS, named(manifest['figures']))}, {}
 
 
-def walls(manifest: Row) -> Figures:
+def parser(manifest: Row) -> Figures:
     """Return intersections over union of classes, by kind of sheet."""
     kinds = manifest['figures']['iou']
     rows = {name: row for name, row in kinds.items() if name != 'all'} | {'all': kinds['all']}
@@ -133,7 +133,7 @@ WEIGHTS: dict[str, Callable[[Row], Figures]] = {
     'weights_covariance': covariance,
     'weights_scale': scale,
     'weights_doors': doors,
-    'weights_walls': walls,
+    'weights_parser': parser,
     'weights_doubts': doubts,
 }
 """Makers by the name of what is published: of the manifests in `fpnet_core/weights`."""

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How well the parser tells what pixels show, on sheets that it has not learned from."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.parsing.network import parse
+from fpnet_core.drawings.pictures.learned import BUILDING_PX, SHEET_PX, WALL_PX
+from fpnet_core.io.pixel_classes import CLASSES
+from fpnet_lab.sim.sheets import SheetKind
+from fpnet_lab.training.parser_samples import Sample, sheet_sample
+from fpnet_lab.training.parser_views import shrunk
+
+HELD_SEED = 3_000_000
+"""Numerical: of the first sheet to measure on; those to learn from are above."""
+
+_CLASS_BITS = 0b111  # given
+
+
+def held_figures(network: Any, count: int) -> dict[str, dict[str, float]]:
+    """
+    Return the intersection over union of each class, by kind of sheet and ``all``.
+
+    ``network`` is of :func:`fpnet_core.drawings.parsing.network.network_from`; ``count`` sheets of
+    each kind are looked at twice: as a whole, and as finely as their walls need.
+    """
+    size = len(CLASSES)
+    tables: dict[str, NDArray[np.int64]] = defaultdict(lambda: np.zeros((size, size), np.int64))
+    for kind in SheetKind:
+        for number in range(count):
+            table = _table(network, sheet_sample(HELD_SEED + number, kind))
+            for name in (kind.value, 'all'):
+                tables[name] = tables[name] + table
+    return {name: _overlaps(table) for name, table in sorted(tables.items())}
+
+
+def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
+    """Return how often a true class (rows) is taken for one (columns), in the second look."""
+    longest = max(sample.classes.shape)
+    first, _ = _sized(sample, SHEET_PX / longest)
+    earlier = parse(first, network=network).classes
+    wanted = sample.building_px * WALL_PX / max(sample.wall_px, 1.0)
+    pixels, true = _sized(sample, float(np.clip(wanted, *BUILDING_PX)) / sample.building_px)
+    size = (pixels.shape[1], pixels.shape[0])
+    known = [*earlier, np.ones(earlier.shape[1:], np.float32)]
+    context = np.stack([np.asarray(cv2.resize(each, size), np.float32) for each in known])
+    found = parse(pixels, context, network).classes.argmax(axis=0)
+    pairs = len(CLASSES) * true.ravel().astype(np.int64) + found.ravel()
+    return np.bincount(pairs, minlength=len(CLASSES) ** 2).reshape(2 * [len(CLASSES)])
+
+
+def _sized(sample: Sample, factor: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return pixels and classes of a smaller picture; a picture is not enlarged."""
+    height, width = sample.classes.shape
+    factor = min(1.0, factor)
+    size = (max(1, round(factor * width)), max(1, round(factor * height)))
+    pixels, answers = shrunk(sample, size)
+    return pixels, np.asarray(answers & _CLASS_BITS, np.uint8)
+
+
+def _overlaps(table: NDArray[np.int64]) -> dict[str, float]:
+    both = np.diag(table)
+    either = table.sum(axis=0) + table.sum(axis=1) - both
+    shares = both / np.maximum(either, 1)
+    return {name: round(float(share), 4) for name, share in zip(CLASSES, shares, strict=True)}
