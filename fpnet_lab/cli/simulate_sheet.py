@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from fpnet_core.cli import common
 
-_Kind = Literal['clean', 'office', 'brochure', 'scan', 'phone']
+_Kind = Literal['clean', 'office', 'brochure', 'scan', 'phone', 'varied']
 
 
 def command(
@@ -20,7 +20,7 @@ def command(
         common.choice(
             '--kind',
             _Kind,
-            'A bare plan, a CAD plot, a coloured sheet, or paper scanned or photographed.',
+            'A bare plan, a CAD plot, a coloured sheet, a scan, a photograph, or any mix of them.',
         ),
     ] = 'office',
     json_path: common.JsonOption = None,
@@ -31,9 +31,12 @@ def command(
     The folder gets sheet.png and .jpg, the same sheet as sheet.pdf, .svg and .dxf (as drawn: a
     scan's or phone picture's before that), truth.json (rooms, doors, the way from building metres
     to pixels and to each file's units), rooms.png (true rooms in pixels), and plan.yaml: the
-    storey as a clean map_server floorplan.
+    storey as a clean map_server floorplan. Of a varied sheet the vector files have what is in the
+    building; what is drawn around and over it is in the pictures alone.
 
     Example: fpnet simulate sheet --seed 3 --kind office --out out/sheet
+
+    Example: fpnet simulate sheet --seed 7 --kind varied --out out/varied
     """
     from fpnet_lab.sim.sheets import draw_sheet
     from fpnet_lab.sim.sheets.files import write_sheet

@@ -89,6 +89,8 @@ def _is_free(door: PlanDoor, built: shapely.Geometry, others: list[PlanDoor]) ->
 
 def reaching(plan: BuildingPlan, outer_m: float) -> BuildingPlan:
     """Return the plan whose doors to the outside go through outer walls of ``outer_m``."""
+    if not any(door.is_outside for door in plan.doors):
+        return plan
     return replace(
         plan,
         doors=tuple(

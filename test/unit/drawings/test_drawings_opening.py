@@ -124,6 +124,7 @@ def test_a_wrong_name_is_no_obstacle(tmp_path):
 def test_a_drawing_survives_the_way_between_processes(tmp_path):
     from fpnet_core.drawings.formats.svg import read_svg
     from fpnet_core.drawings.formats.vector import drawing_of
+    from fpnet_core.drawings.model import model_to_json
     from fpnet_core.drawings.types import DrawingScale, ScaleSource
 
     page = read_svg(write_svg(tmp_path / 'a.svg'), ReadOptions())
@@ -139,6 +140,9 @@ def test_a_drawing_survives_the_way_between_processes(tmp_path):
             assert all(np.array_equal(old.__dict__[k], new.__dict__[k]) for k in old.__dict__)
         elif isinstance(old, np.ndarray):
             assert np.array_equal(old, new)
+        elif field.name == 'model':
+            assert old.doors
+            assert model_to_json(old) == model_to_json(new)
         else:
             assert old == new
 
