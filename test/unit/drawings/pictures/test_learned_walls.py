@@ -3,8 +3,6 @@
 """Walls as the network sees them: from probabilities to cells, and whole sheets."""
 
 from dataclasses import astuple
-from importlib import resources
-import json
 
 import cv2
 import numpy as np
@@ -19,18 +17,8 @@ from fpnet_core.drawings.pictures.learned import (
     see_building,
 )
 from fpnet_core.drawings.pictures.view import view_of
-from fpnet_core.errors import MapFormatError, WeightsError
+from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL
-from fpnet_core.io.weights import read_weights
-from fpnet_core.models.walls import (
-    WALLS_NAME,
-    WALLS_SCHEMA,
-    WallNetwork,
-    WallNetworkConfig,
-    classify,
-    packaged_wall_network,
-    wall_network_of,
-)
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
@@ -116,36 +104,6 @@ def test_what_is_shown_of_a_view_lies_where_it_says():
     np.testing.assert_allclose(map_points(H_full, corner), [[-0.5, -0.5], [399.5, 299.5]])
 
 
-def test_the_packaged_weights_are_those_of_their_manifest():
-    weights = read_weights(None, WALLS_SCHEMA, WALLS_NAME)
-    assert weights.manifest['network']['classes'] == list(CLASSES)
-    assert weights.manifest['data']['command'].startswith('fpnet train-walls')
-    assert weights.manifest['figures']['iou']['all']['wall'] > 0.5
-    file = resources.files('fpnet_core.weights') / WALLS_NAME
-    assert len(file.read_bytes()) < 3_000_000
-    assert json.loads((file.parent / 'walls.json').read_text())['sha256']
-
-
-def test_weights_for_other_classes_are_refused():
-    weights = read_weights(None, WALLS_SCHEMA, WALLS_NAME)
-    weights.manifest['network']['classes'] = ['wall', 'floor']
-    with pytest.raises(WeightsError, match='train-walls'):
-        wall_network_of(weights)
-
-
-def test_folding_the_normalisation_changes_nothing():
-    network = WallNetwork(WallNetworkConfig(widths=(4, 8, 8, 8, 8))).eval()
-    for module in network.modules():
-        if hasattr(module, 'running_var'):
-            module.running_var.uniform_(0.5, 2.0)
-            module.running_mean.uniform_(-0.5, 0.5)
-    pixels = np.random.default_rng(3).integers(0, 256, (70, 45, 3)).astype(np.uint8)
-    before = classify(network, pixels)
-    assert before.shape == (len(CLASSES), 70, 45)
-    np.testing.assert_allclose(before.sum(axis=0), 1.0, atol=1e-5)
-    np.testing.assert_allclose(classify(network.fused(), pixels), before, atol=1e-4)
-
-
 @pytest.mark.parametrize('quarters', [0, 1])
 @pytest.mark.parametrize('colours', [(0, WHITE), ((150, 40, 30), WHITE), (90, 215)])
 def test_rooms_are_seen_whatever_the_ink(colours, quarters):
@@ -173,10 +131,6 @@ def test_a_storey_that_is_not_there_is_said_so():
 
 def test_an_empty_sheet_shows_no_building():
     assert see_building(view_of(np.full((200, 300, 3), WHITE, np.uint8)), None) is None
-
-
-def test_the_network_is_read_once():
-    assert packaged_wall_network() is packaged_wall_network()
 
 
 @pytest.mark.parametrize('thickness', [2, 3])

@@ -1,0 +1,189 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Views of sheets for the parser, and its training."""
+
+import numpy as np
+import pytest
+import torch
+
+from fpnet_core.drawings.parsing.network import SCALE_BINS, bin_metres, network_from, parse
+from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL
+from fpnet_core.io.weights import read_onnx
+from fpnet_lab.sim.sheets import SheetKind
+from fpnet_lab.training.parser import STATE_FILE, ParserTrainer, ParserTraining
+from fpnet_lab.training.parser_network import (
+    ParserNetwork,
+    ParserNetworkConfig,
+    grown,
+    onnx_bytes,
+    pooled_scale,
+    unweighted,
+)
+from fpnet_lab.training.parser_samples import (
+    FIRST_SEED,
+    Sample,
+    blank_sample,
+    samples,
+    sheet_sample,
+)
+from fpnet_lab.training.parser_stream import ViewStream, scale_target
+from fpnet_lab.training.parser_tones import varied
+from fpnet_lab.training.parser_views import shrunk, two_views
+
+SIDE = 128
+
+
+@pytest.fixture(scope='module')
+def sample():
+    return sheet_sample(FIRST_SEED, SheetKind.CLEAN)
+
+
+def test_a_sheet_knows_what_each_pixel_shows(sample):
+    assert sample.pixels.shape[:2] == sample.classes.shape == sample.overlays.shape
+    assert set(np.unique(sample.classes)) <= set(range(len(CLASSES)))
+    assert 1.0 < sample.wall_px < 40.0
+    floor_m2 = (sample.classes == FLOOR).sum() * sample.pixel_m**2
+    assert 20.0 < floor_m2 < 2600.0
+
+
+def test_views_show_the_same_places(sample):
+    """What the second look shows lies in the first one where the map says."""
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        first, second, A = two_views(sample, SIDE, rng)
+        assert first.pixels.shape == second.pixels.shape == (SIDE, SIDE, 3)
+        assert first.pixel_m / second.pixel_m == pytest.approx(
+            1.0 / np.sqrt(abs(np.linalg.det(A[:2, :2])))
+        )
+        middle = A[:2] @ [(SIDE - 1) / 2.0, (SIDE - 1) / 2.0, 1.0]
+        col, row = np.rint(middle).astype(int)
+        if 2 <= col < SIDE - 2 and 2 <= row < SIDE - 2:
+            near = first.answers[row - 2 : row + 3, col - 2 : col + 3] & 0b111
+            there = second.answers[SIDE // 2 - 3 : SIDE // 2 + 3, SIDE // 2 - 3 : SIDE // 2 + 3]
+            assert np.isin(near, np.unique(there & 0b111)).any()
+
+
+def test_thin_walls_stay_closed_in_a_smaller_picture():
+    classes = np.full((240, 240), FLOOR, np.uint8)
+    classes[119:122] = WALL
+    plain = Sample(np.full((240, 240, 3), 255, np.uint8), classes, np.zeros_like(classes), 0.01)
+    _, answers = shrunk(plain, (40, 40))
+    assert (answers == WALL).any(axis=0).all()
+    assert (answers == WALL).sum(axis=0).max() == 1
+
+
+def test_what_shows_no_building_is_outside():
+    blank = blank_sample(np.zeros((30, 40, 3), np.uint8))
+    assert (blank.classes == OUTSIDE).all()
+    assert not scale_target(blank.pixel_m).any()
+
+
+def test_equal_seeds_give_equal_samples():
+    one, other = (next(samples(np.random.default_rng(2), FIRST_SEED, 1, [])) for _ in range(2))
+    np.testing.assert_array_equal(one.pixels, other.pixels)
+    np.testing.assert_array_equal(one.classes, other.classes)
+
+
+def test_a_true_scale_is_in_its_bin():
+    target = scale_target(0.05)
+    assert target.sum() == pytest.approx(1.0)
+    assert bin_metres()[target.argmax()] == pytest.approx(0.05, rel=0.08)
+
+
+def test_tones_change_both_looks_alike_and_stay_in_range():
+    pixels = torch.randint(0, 256, (5, 2, 3, 32, 32), dtype=torch.uint8)
+    one, other = (varied(pixels, torch.Generator().manual_seed(4)) for _ in range(2))
+    assert torch.equal(one, other)
+    assert one.shape == pixels.shape
+    assert 0.0 <= float(one.min()) <= float(one.max()) <= 1.0
+
+
+def test_opencv_evaluates_what_torch_trained():
+    torch.manual_seed(1)
+    network = ParserNetwork(ParserNetworkConfig((4, 8, 8, 8, 8, 8), (1,) * 5, (1,) * 4)).eval()
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.running_var.uniform_(0.5, 2.0)
+            module.running_mean.uniform_(-0.5, 0.5)
+    pixels = np.random.default_rng(3).integers(0, 256, (64, 128, 3)).astype(np.uint8)
+    picture = (torch.from_numpy(pixels).permute(2, 0, 1)[None] / 255.0 - 0.75) / 0.25
+    empty = torch.zeros(1, len(CLASSES) + 1, 64, 128)
+    with torch.no_grad():
+        logits, places = network(torch.cat([picture, empty], dim=1))
+    data = onnx_bytes(network)
+    seen = parse(pixels, None, network_from(data, {'network': {'classes': list(CLASSES)}}))
+    true = logits[0, : len(CLASSES)].softmax(dim=0)
+    np.testing.assert_allclose(seen.classes, true, atol=2e-3)
+    np.testing.assert_allclose(seen.scale, pooled_scale(places)[0].softmax(0), atol=2e-3)
+
+
+def test_weights_of_rare_classes_are_taken_out_again():
+    weights = (0.8, 1.0, 2.5, 4.0, 3.0)
+    state = {'head.bias': torch.zeros(4 * (len(CLASSES) + 2))}
+    bias = unweighted(state, weights)['head.bias']
+    np.testing.assert_allclose(bias[4:8], 0.0, atol=1e-6)
+    np.testing.assert_allclose(bias[8:12], -np.log(2.5), atol=1e-6)
+    np.testing.assert_allclose(bias[20:], 0.0, atol=1e-6)
+
+
+def test_a_network_that_is_grown_answers_as_before():
+    """More levels, inputs and answers add nothing at first."""
+    small = ParserNetwork(ParserNetworkConfig())
+    state = small.state_dict()
+    walls = {}
+    for name, value in state.items():
+        parts = name.split('.')
+        if parts[0] == 'down':
+            if parts[1] == '4':
+                continue
+            if parts[2] != '0':
+                parts[2:3] = ['1', str(int(parts[2]) - 1)]
+        if parts[0] in {'lift', 'up'}:
+            if parts[1] == '0':
+                continue
+            parts[1] = str(int(parts[1]) - 1)
+        if parts[0] != 'scale_head':
+            walls['.'.join(parts)] = value
+    walls['stem.conv.weight'] = walls['stem.conv.weight'][:, :3]
+    walls = {k: v[:20] if k.startswith('head') else v for k, v in walls.items()}
+    large = ParserNetwork(ParserNetworkConfig())
+    grown(walls, large, torch.zeros(len(CLASSES)))
+    pictures = [torch.zeros(1, 9, 64, 64) for _ in range(2)]
+    pictures[1][:, 3:] = 1.0  # an earlier answer
+    with torch.no_grad():
+        first, second = (large.eval()(picture)[0][:, :5] for picture in pictures)
+    assert torch.equal(first, second)
+
+
+def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch):
+    monkeypatch.setattr('fpnet_lab.training.parser.DataLoader', _in_this_process)
+    settings = {'batch_size': 2, 'chunk': 2, 'side_px': SIDE, 'workers': 0}
+    first = ParserTrainer(tmp_path, ParserTraining(steps=1, **settings), None)
+    told = []
+    first.run(told.append)
+    assert told[-1]['step'] == 1
+    assert np.isfinite(told[-1]['loss'])
+    assert (tmp_path / STATE_FILE).is_file()
+    again = ParserTrainer(tmp_path, ParserTraining(steps=2, **settings), None)
+    assert again.step == 1
+    again.run()
+    assert again.step == 2
+    monkeypatch.setattr('fpnet_lab.training.parser.held_figures', lambda *_: {'all': {}})
+    path = again.write({'data': {'command': 'fpnet train-parser'}}, 1)
+    data, manifest = read_onnx(path, 1, path.name)
+    assert manifest['training']['steps_made'] == 2
+    seen = parse(np.full((64, 64, 3), 200, np.uint8), None, network_from(data, manifest))
+    assert np.isfinite(seen.classes).all()
+
+
+def _in_this_process(stream, **_):
+    return stream
+
+
+def test_a_stream_has_chunks_of_views():
+    stream = ViewStream(64, 2, 0, 0, None)
+    chunk = next(iter(stream))
+    assert chunk.pixels.shape == (2, 2, 3, 64, 64)
+    assert chunk.answers.shape == (2, 2, 64, 64)
+    assert chunk.scale.shape == (2, 2, SCALE_BINS)
+    assert chunk.theta.shape == (2, 2, 3)
