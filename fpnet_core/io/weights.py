@@ -200,7 +200,9 @@ def _read_bytes(folder: Traversable, name: str) -> bytes:
 def _read_manifest(folder: Traversable, name: str) -> dict[str, Any]:
     is_onnx = name.endswith(_ONNX)
     if not is_onnx and not name.endswith('.safetensors'):
-        raise WeightsError(f'weights {name}: expected a .safetensors or {_ONNX} file')
+        raise WeightsError(
+            f'weights {name}: expected a .safetensors file, or {_ONNX} of the parser'
+        )
     manifest_name = str(_manifest_of(Path(name)))
     try:
         manifest: dict[str, Any] = json.loads(_read_bytes(folder, manifest_name))

@@ -36,7 +36,7 @@ def command(
     held: Annotated[
         int, typer.Option('--held', min=1, help='Sheets of each kind to measure on.')
     ] = 10,
-    device: Annotated[str, typer.Option('--device', help='cpu, or cuda.')] = 'cpu',
+    device: common.DeviceOption = 'cpu',
     seed: common.SeedOption = 0,
 ) -> None:
     """
