@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.model import FloorplanModel, ModelDoor, ModelRoom, ModelWall, Rings
+from fpnet_core.drawings.room_texts import PrintedRoom, mapped, printed_of_rooms
 from fpnet_core.drawings.types import Array, Reading
-from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import OCCUPIED, GridMap, Segmentation
 
 _FINER = 4  # numerical: so many pixels to a cell, so that outlines run along its edges
@@ -22,14 +23,14 @@ _STRAIGHT = (
 _SAME = 0.5  # of a door's width, within which a drawn one is the one that was found; chosen
 _LEAST_CELLS = 4  # numerical: smaller pieces of wall are left out
 _SOURCE = 'segmentation'
-_LONGEST_NAME = 60  # numerical: letters of a room's name
 
 
 def complete_model(reading: Reading, segmentation: Segmentation) -> FloorplanModel:
     """
     Return a reading's model, with rooms and doors of its segmentation where no file states them.
 
-    Places are metres of the reading's map; rooms have the texts that lie in them for names.
+    Places are metres of the reading's map; rooms have the number, name and area that
+    are printed in them.
     """
     stated = reading.model
     known = stated.doors if stated is not None else ()
@@ -67,32 +68,31 @@ def _door(ends: Array, probability: float, known: tuple[ModelDoor, ...]) -> Mode
 
 
 def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
-    names = _names(reading, segmentation)
+    printed = _printed(reading, segmentation)
     rooms = []
     for region in segmentation.rooms:
         areas = _areas(segmentation.labels == region.id + 1, segmentation.grid)
         if areas:
             rings = max(areas, key=lambda each: cv2.contourArea(each[0].astype(np.float32)))
+            texts = printed.get(region.id + 1, PrintedRoom(region.id + 1))
             rooms.append(
                 ModelRoom(
-                    rings, names.get(region.id, ''), probability=region.confidence, source=_SOURCE
+                    rings,
+                    f'{texts.number} {texts.name}'.strip(),
+                    texts.area_m2,
+                    probability=region.confidence,
+                    source=_SOURCE,
                 )
             )
     return rooms
 
 
-def _names(reading: Reading, segmentation: Segmentation) -> dict[int, str]:
-    """Return the texts of a vector drawing that lie in each room, by the room's id."""
-    found: dict[int, list[str]] = {}
-    for label in reading.drawing.labels:
-        left, top, right, bottom = label.box
-        middle = np.array([[0.5 * (left + right), 0.5 * (top + bottom)]])
-        xy = map_points(reading.H_plan_image, middle)
-        row, col = np.rint(segmentation.grid.xy_to_rc(xy)[0]).astype(int)
-        rows, cols = segmentation.labels.shape
-        if 0 <= row < rows and 0 <= col < cols and segmentation.labels[row, col]:
-            found.setdefault(int(segmentation.labels[row, col]) - 1, []).append(label.text)
-    return {room: ' '.join(texts)[:_LONGEST_NAME] for room, texts in found.items()}
+def _printed(reading: Reading, segmentation: Segmentation) -> dict[int, PrintedRoom]:
+    """Return what is printed in each room, by its label in the segmentation."""
+    H_cell_image = np.linalg.inv(pixel_to_xy(segmentation.grid).matrix) @ reading.H_plan_image
+    labels = mapped(reading.drawing.labels, np.asarray(H_cell_image, np.float64))
+    found = printed_of_rooms(labels, np.asarray(segmentation.labels[::-1]))
+    return {each.label: each for each in found}
 
 
 def _areas(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:

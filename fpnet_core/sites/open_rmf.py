@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.opening import RMF_SUFFIX
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import FpnetError, MapFormatError, SiteError
@@ -33,9 +34,6 @@ from fpnet_core.sites.fields import (
     read_mapping,
 )
 from fpnet_core.sites.site import Link, LinkKind, NamedDoor, Site, Storey
-
-RMF_SUFFIX = '.building.yaml'
-"""Given: of the files that Open-RMF's traffic editor writes."""
 
 _IN_PIXELS = ('', 'reference_image')  # given: coordinate systems whose units are pixels
 _FEWEST = 2  # physical: places that fix a plane's pose

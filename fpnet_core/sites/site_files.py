@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.opening import RMF_SUFFIX
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import FpnetError, MapFormatError, SiteError
@@ -28,7 +29,7 @@ from fpnet_core.sites.fields import (
     check_keys,
     read_mapping,
 )
-from fpnet_core.sites.open_rmf import RMF_SUFFIX, read_open_rmf
+from fpnet_core.sites.open_rmf import read_open_rmf
 from fpnet_core.sites.site import Link, LinkKind, Site, Storey
 
 SITE_NAMES = ('site.yaml', 'site.yml')

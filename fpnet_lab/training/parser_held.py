@@ -45,13 +45,13 @@ def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
     """Return how often a true class (rows) is taken for one (columns), in the second look."""
     longest = max(sample.classes.shape)
     first, _ = _sized(sample, SHEET_PX / longest)
-    earlier = parse(first, network=network).classes
+    earlier = parse(first, network=network)
     wanted = sample.building_px * WALL_PX / max(sample.wall_px, 1.0)
     pixels, true = _sized(sample, float(np.clip(wanted, *BUILDING_PX)) / sample.building_px)
     size = (pixels.shape[1], pixels.shape[0])
     known = [*earlier, np.ones(earlier.shape[1:], np.float32)]
     context = np.stack([np.asarray(cv2.resize(each, size), np.float32) for each in known])
-    found = parse(pixels, context, network).classes.argmax(axis=0)
+    found = parse(pixels, context, network).argmax(axis=0)
     pairs = len(CLASSES) * true.ravel().astype(np.int64) + found.ravel()
     return np.bincount(pairs, minlength=len(CLASSES) ** 2).reshape(2 * [len(CLASSES)])
 

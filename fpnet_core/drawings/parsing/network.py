@@ -3,13 +3,12 @@
 """
 The network that parses pictures, evaluated by OpenCV.
 
-It tells for each pixel what it shows, where text and furniture lie upon it, and how long a pixel
-is. ``K`` classes are those of :mod:`fpnet_core.io.pixel_classes`.
+It tells what each pixel shows: one of the ``K`` classes of :mod:`fpnet_core.io.pixel_classes`.
+It answers for text, furniture and the scale as well; the packaged one has not learned these.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -22,9 +21,6 @@ from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import read_onnx
 
-OVERLAYS = ('text', 'furniture')
-"""Given: what may lie upon a class: each has a probability of its own."""
-
 CONTEXT = len(CLASSES) + 1
 """Given: channels of an earlier answer: its probabilities, and where there is one."""
 
@@ -34,9 +30,6 @@ CHANNELS = 3 + CONTEXT
 STRIDE = 64
 """Given: pictures are padded to a multiple of so many pixels."""
 
-SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
-"""Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
-
 PARSER_SCHEMA = 1
 """Given: grows when the picture that the network sees is made otherwise."""
 
@@ -45,25 +38,11 @@ PARSER_NAME = 'parser.onnx.xz'
 _MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
 
 
-@dataclass(frozen=True, eq=False)
-class Parse:
-    """
-    What the network sees in a picture.
-
-    ``classes (K, H, W)`` and ``overlays (2, H, W)`` are probabilities; ``scale (SCALE_BINS,)``
-    are those of the metres of a pixel of this picture.
-    """
-
-    classes: Chances
-    overlays: Chances
-    scale: NDArray[np.float64]
-
-
 def parse(
     pixels: NDArray[np.uint8], context: Chances | None = None, network: Any | None = None
-) -> Parse:
+) -> Chances:
     """
-    Return what the network sees in ``pixels (H, W, 3)``.
+    Return the probability (K, H, W) of each class in ``pixels (H, W, 3)``.
 
     Parameters
     ----------
@@ -76,11 +55,8 @@ def parse(
     height, width = pixels.shape[:2]
     network = network or packaged_parser()
     network.setInput(channels(pixels, context), 'picture')
-    logits, scale = network.forward(['classes', 'scale'])
-    seen = np.asarray(logits[0, :, :height, :width], np.float32)
-    return Parse(
-        _softmax(seen[: len(CLASSES)]), _logistic(seen[len(CLASSES) :]), _pooled(scale[0])
-    )
+    logits = network.forward('classes')[0, : len(CLASSES), :height, :width]
+    return _softmax(np.asarray(logits, np.float32))
 
 
 def channels(pixels: NDArray[np.uint8], context: Chances | None = None) -> Chances:
@@ -94,27 +70,9 @@ def channels(pixels: NDArray[np.uint8], context: Chances | None = None) -> Chanc
     return found
 
 
-def bin_metres() -> NDArray[np.float64]:
-    """Return the metres of a pixel (SCALE_BINS,) in the middle of each bin."""
-    return np.geomspace(*SCALE_M, SCALE_BINS)
-
-
 def _softmax(logits: Chances) -> Chances:
     shares = np.exp(logits - logits.max(axis=0))
     return np.asarray(shares / shares.sum(axis=0), np.float32)
-
-
-def _logistic(logits: Chances) -> Chances:
-    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0))), np.float32)
-
-
-def _pooled(scale: Chances) -> NDArray[np.float64]:
-    """Return probabilities (SCALE_BINS,) of a whole picture from its places' logits."""
-    flat = scale.reshape(SCALE_BINS + 1, -1).astype(np.float64)
-    weight = np.exp(flat[-1] - flat[-1].max())
-    logits = flat[:-1] @ (weight / weight.sum())
-    shares = np.exp(logits - logits.max())
-    return np.asarray(shares / shares.sum())
 
 
 @cache

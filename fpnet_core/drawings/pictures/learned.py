@@ -243,7 +243,7 @@ def _guided(
 
 
 def _chances(pixels: NDArray[np.uint8]) -> Chances:
-    return parse(pixels).classes
+    return parse(pixels)
 
 
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:

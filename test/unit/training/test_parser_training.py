@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import torch
 
-from fpnet_core.drawings.parsing.network import SCALE_BINS, bin_metres, network_from, parse
+from fpnet_core.drawings.parsing.network import network_from, parse
 from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL
 from fpnet_core.io.weights import read_onnx
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.parser import STATE_FILE, ParserTrainer, ParserTraining
 from fpnet_lab.training.parser_network import (
+    SCALE_BINS,
+    SCALE_M,
     ParserNetwork,
     ParserNetworkConfig,
     grown,
@@ -87,7 +89,7 @@ def test_equal_seeds_give_equal_samples():
 def test_a_true_scale_is_in_its_bin():
     target = scale_target(0.05)
     assert target.sum() == pytest.approx(1.0)
-    assert bin_metres()[target.argmax()] == pytest.approx(0.05, rel=0.08)
+    assert np.geomspace(*SCALE_M, SCALE_BINS)[target.argmax()] == pytest.approx(0.05, rel=0.08)
 
 
 def test_tones_change_both_looks_alike_and_stay_in_range():
@@ -111,10 +113,12 @@ def test_opencv_evaluates_what_torch_trained():
     with torch.no_grad():
         logits, places = network(torch.cat([picture, empty], dim=1))
     data = onnx_bytes(network)
-    seen = parse(pixels, None, network_from(data, {'network': {'classes': list(CLASSES)}}))
+    opened = network_from(data, {'network': {'classes': list(CLASSES)}})
+    seen = parse(pixels, None, opened)
     true = logits[0, : len(CLASSES)].softmax(dim=0)
-    np.testing.assert_allclose(seen.classes, true, atol=2e-3)
-    np.testing.assert_allclose(seen.scale, pooled_scale(places)[0].softmax(0), atol=2e-3)
+    np.testing.assert_allclose(seen, true, atol=2e-3)
+    scale = torch.from_numpy(opened.forward('scale'))
+    np.testing.assert_allclose(pooled_scale(scale), pooled_scale(places), atol=2e-3)
 
 
 def test_weights_of_rare_classes_are_taken_out_again():
@@ -173,7 +177,7 @@ def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch
     data, manifest = read_onnx(path, 1, path.name)
     assert manifest['training']['steps_made'] == 2
     seen = parse(np.full((64, 64, 3), 200, np.uint8), None, network_from(data, manifest))
-    assert np.isfinite(seen.classes).all()
+    assert np.isfinite(seen).all()
 
 
 def _in_this_process(stream, **_):

@@ -15,8 +15,6 @@ from fpnet_core.drawings.parsing.network import (
     CONTEXT,
     PARSER_NAME,
     PARSER_SCHEMA,
-    SCALE_BINS,
-    bin_metres,
     channels,
     network_from,
     packaged_parser,
@@ -30,21 +28,17 @@ from fpnet_core.io.weights import read_onnx, write_onnx
 def test_probabilities_are_of_the_pictures_own_size():
     pixels = np.random.default_rng(3).integers(0, 256, (70, 45, 3)).astype(np.uint8)
     seen = parse(pixels)
-    assert seen.classes.shape == (len(CLASSES), 70, 45)
-    np.testing.assert_allclose(seen.classes.sum(axis=0), 1.0, atol=1e-5)
-    assert seen.overlays.shape == (2, 70, 45)
-    assert ((seen.overlays >= 0.0) & (seen.overlays <= 1.0)).all()
-    assert seen.scale.shape == bin_metres().shape == (SCALE_BINS,)
-    assert seen.scale.sum() == pytest.approx(1.0)
+    assert seen.shape == (len(CLASSES), 70, 45)
+    np.testing.assert_allclose(seen.sum(axis=0), 1.0, atol=1e-5)
 
 
 def test_rooms_are_told_from_paper():
     picture, labels = storey()
-    seen = parse(picture).classes.argmax(axis=0)
+    seen = parse(picture).argmax(axis=0)
     rooms = labels > 0
     assert (seen[rooms] == FLOOR).mean() > 0.6
     padded = parse(np.pad(picture, ((60, 60), (60, 60), (0, 0)), constant_values=255))
-    assert padded.classes[OUTSIDE, :40].mean() > 0.8
+    assert padded[OUTSIDE, :40].mean() > 0.8
 
 
 def test_channels_hold_the_picture_and_an_earlier_answer():
