@@ -3,7 +3,6 @@
 """The looks that a drawing may have."""
 
 from dataclasses import replace
-import time
 
 import numpy as np
 import pytest
@@ -134,12 +133,3 @@ def test_shares_of_styles_are_kept():
     )
     assert np.mean([s.doors == 'arc' for s in styles]) == pytest.approx(config.door_arcs, abs=0.03)
     assert np.mean([s.text for s in styles]) == pytest.approx(config.text, abs=0.03)
-
-
-def test_drawing_takes_milliseconds(storey):
-    style = DrawingStyle('double', 'arc', True, True, text=True, white_paper=True)
-    render_plan(storey, 0.08, style=style)
-    start = time.process_time()
-    for _ in range(5):
-        render_plan(storey, 0.08, style=style)
-    assert (time.process_time() - start) / 5 < 0.05
