@@ -71,9 +71,6 @@ def as_json(reading: Reading) -> dict[str, Any]:
         'scale': scale_as_json(reading.scale),
         'how': reading.how,
         'storeys': [list(map(int, box)) for box in reading.storeys],
-        'dropped': [
-            {'what': each.what, 'box': list(map(int, each.box))} for each in reading.dropped
-        ],
         'notes': list(reading.notes),
         'doubts': list(reading.doubts),
         'accepted': reading.accepted or None,

@@ -11,9 +11,8 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
-from fpnet_core.drawings.pictures.choosing import choose, thought_of
-from fpnet_core.drawings.pictures.doubting import Doubts
-from fpnet_core.drawings.pictures.found import Found, stride
+from fpnet_core.drawings.pictures.doubts import Doubts, doubts_of
+from fpnet_core.drawings.pictures.found import Found, find_building, stride
 from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.plan_files import MAP_FORMAT, PlanRecord, recorded
 from fpnet_core.drawings.reduced import in_image_pixels, options_of_copy
@@ -144,11 +143,11 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     if stated is not None:
         return stated
     options = options_of_copy(options, drawing)
-    found = choose(drawing, options, config)
+    found = find_building(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     metres = cell_m * stride(found.cells) / found.segmentation.grid.resolution
-    doubts, absurd = _doubts(found, drawing, config, metres if scale.is_known else None)
+    doubts, absurd = _doubts(found, config, metres if scale.is_known else None)
     H_plan_image = pixel_to_xy(grid).matrix @ found.H_cell_pixel
     reading = Reading(
         grid=grid,
@@ -157,11 +156,9 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         how=found.how,
         drawing=drawing,
         storeys=found.storeys,
-        dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options), *_meant_pixels(drawing, options)),
         doubts=(*drawing.doubts, *doubts.reasons),
         doubtful=doubts.places,
-        trust=found.trust,
         model=placed_model(drawing, grid, H_plan_image),
         absurd=absurd,
     )
@@ -169,10 +166,10 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
 
 
 def _doubts(
-    found: Found, drawing: Drawing, config: SegmentationConfig, metres_per_unit: float | None
+    found: Found, config: SegmentationConfig, metres_per_unit: float | None
 ) -> tuple[Doubts, tuple[str, ...]]:
     """Return what is thought of a reading, and what of it no building is like."""
-    thought = thought_of(found, drawing, config)
+    thought = doubts_of(found, config)
     if not found.segmentation.rooms:
         return thought, ()
     without_scale = findings(found.segmentation)
@@ -185,10 +182,10 @@ def _notes(found: Found, options: ReadOptions) -> list[str]:
     notes = []
     if found.is_straightened:
         notes.append('The sheet lay askew or was photographed at an angle; that was undone.')
-    if len(found.storeys) > 1 and options.storey is None:
+    if found.seen is not None and len(found.storeys) > 1 and options.storey is None:
         notes.append(
             f'The sheet shows {len(found.storeys)} buildings or storeys; number '
-            f'{found.chosen + 1}, the largest, was taken. Choose another one with --storey.'
+            f'{found.seen.chosen + 1}, the largest, was taken. Choose another one with --storey.'
         )
     return notes
 

@@ -69,7 +69,6 @@ def in_image_pixels(reading: Reading) -> Reading:
         scale=_rescaled(reading.scale, 1.0 / _image_pixels(drawing)),
         H_plan_image=reading.H_plan_image @ H_copy_image(drawing),
         storeys=tuple(_mapped(back, box) for box in reading.storeys),
-        dropped=tuple(replace(each, box=_mapped(back, each.box)) for each in reading.dropped),
         doubtful=tuple(replace(each, box=_mapped(back, each.box)) for each in reading.doubtful),
         notes=(*reading.notes, note),
     )

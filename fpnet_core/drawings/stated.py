@@ -76,10 +76,6 @@ class SaidScale:
         return None if said is None else said[1]
 
 
-UNSAID = SaidScale()
-"""Of a drawing of which nobody says the scale."""
-
-
 def cells_per_pixel(H_cell_pixel: Array, shape: tuple[int, ...]) -> float:
     """Return how many cells are as long as a pixel, in the middle of a map of ``shape``."""
     middle = np.array(shape[::-1]) / 2.0

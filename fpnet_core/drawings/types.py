@@ -163,33 +163,6 @@ class ReadOptions:
 
 
 @dataclass(frozen=True)
-class Dropped:
-    """What was left out of the map: ``what`` (``title block``, ``frame``, ...) and where."""
-
-    what: str
-    box: tuple[int, int, int, int]
-
-
-@dataclass(frozen=True)
-class Trust:
-    """
-    How sure the network that reads walls is of a reading; all in [0, 1].
-
-    Parameters
-    ----------
-    certainty : mean probability of the most probable class, over the building
-    wall_certainty : mean probability of what was taken for wall or window
-    unsure : share of the building with no class above 0.8
-    agreement : share of the building's walls in either look that the other one sees, too
-    """
-
-    certainty: float
-    wall_certainty: float
-    unsure: float
-    agreement: float
-
-
-@dataclass(frozen=True)
 class Doubtful:
     """A place that may have been misread: ``what`` in a word, and its ``box`` in pixels."""
 
@@ -211,12 +184,10 @@ class Reading:
         ``grid``'s frame; a homography, which is affine unless a perspective was undone.
     how : the reading that won, in a few words: ``walls as learned from drawings``
     storeys : boxes (left, top, right, bottom) [pixels] of the buildings on the sheet, in order
-    dropped : what was left out
     notes : what a user should know, a sentence each
     doubts : reasons not to believe the reading; empty for a plausible one
     doubtful : where these lie on the drawing, as far as they lie somewhere
     drawing : what was read
-    trust : how sure the network is that read it; None where none did
     model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
     accepted : why its user takes it for a floorplan whatever speaks against it; empty if not
     absurd : those doubts that name what no building is like
@@ -228,10 +199,8 @@ class Reading:
     how: str
     drawing: Drawing
     storeys: tuple[tuple[int, int, int, int], ...] = ()
-    dropped: tuple[Dropped, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
-    trust: Trust | None = None
     doubtful: tuple[Doubtful, ...] = ()
     model: FloorplanModel | None = None
     accepted: str = ''

@@ -13,12 +13,10 @@ from fpnet_core.types import Segmentation
 def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
     """Return what is to be said of a reading, a line each: how, what, scale and notes."""
     area_m2 = sum(room.area_m2 for room in segmentation.rooms)
-    dropped = sorted({each.what for each in reading.dropped})
     return [
         f'{reading.drawing.name}: {reading.how}',
         f'{len(segmentation.rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors',
         said_of_scale(reading.scale),
-        *([f'left out: {", ".join(dropped)}'] if dropped else []),
         *reading.notes,
         *([NOT_READ] if is_unread(reading) else []),
     ]

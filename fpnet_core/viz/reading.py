@@ -31,10 +31,9 @@ _DPI = 130
 _SHOWN_PX = 2400  # a drawing of more is reduced: the picture has fewer
 _ROOM_PT, _AREA_PT, _DOOR_PT = 9.0, 5.5, 6.0  # letters of numbers and areas
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
-_DROPPED, _STOREY = (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
+_STOREY = (0.1, 0.3, 0.8)
 _DOUBTFUL = (0.95, 0.0, 0.75)
 _WALL = (20, 60, 140)  # red, green, blue
-_NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
 _BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
 _BAR_SHARE = 0.2  # of the picture's width, at most
 _LEAST_IN = 5.0  # for what is said above a tall drawing
@@ -72,9 +71,6 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
         ends = _mapped(to_pixel, portal.ends)
         ax.plot(*ends.T, color=DOOR_COLOUR, linewidth=1.8)
         _number(ax, str(portal.door), ends.mean(axis=0), _DOOR_PT, DOOR_COLOUR)
-    for dropped in reading.dropped:
-        is_large = dropped.box[2] - dropped.box[0] >= _NAMED_SHARE * width
-        _box(ax, dropped.box, _DROPPED, dropped.what if is_large else '', '--')
     if len(reading.storeys) > 1:
         for number, box in enumerate(reading.storeys, start=1):
             _box(ax, box, _STOREY, f'storey {number}', '-')

@@ -20,7 +20,6 @@ COMMANDS = {
     'train-doubts': _lab('train_doubts', 'Fit what tells a drawing that was read wrongly.'),
     'train-evidence': _lab('train_evidence', "Fit what judges the matcher's placements."),
     'train-judge': _lab('train_judge', 'Train the judge of placements.'),
-    'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),
     'train-scale': _lab('train_scale', 'Train what tells the scale of a drawing or a map.'),
     'train-parser': _lab('train_parser', 'Train the network that parses pictures.'),
 }

@@ -18,7 +18,7 @@ def command(
     out: options.RunOption,
     buildings: Annotated[
         int,
-        typer.Option('--buildings', min=6, help='Generated, each on five kinds of sheets.'),
+        typer.Option('--buildings', min=6, help='Generated, each on six kinds of sheets.'),
     ] = 60,
     workers: options.WorkersOption = 2,
     seed: common.SeedOption = 0,
@@ -28,31 +28,32 @@ def command(
     Read generated sheets, compare with the truth, and fit what doubts a reading.
 
     Prints how well readings of left-out buildings are told right or wrong, and writes
-    doubts.safetensors with its manifest, which holds the probability from which on a reading is
-    doubted. Run it after whatever changes how drawings are read, into a new folder. Called again,
-    it goes on where it was.
+    doubts.json, which holds the probability from which on a reading is doubted. Run it after
+    whatever changes how drawings are read, into a new folder. Called again, it goes on where it
+    was.
 
     Example: fpnet train-doubts --out runs/doubts
     """
     tree = common.load(config)
     from fpnet_lab.training import use_threads
-    from fpnet_lab.training.doubt_trials import FIRST_SEED, gather_trials
     from fpnet_lab.training.doubts import (
+        FIRST_SEED,
         DoubtTraining,
         fit_doubts,
+        gather_trials,
         held_out_figures,
         write_doubts,
     )
 
     settings = DoubtTraining(seed=seed or 0)
     seeds = range(FIRST_SEED, FIRST_SEED + buildings)
-    with progress('sheets', total=5.0 * buildings) as advance:
+    with progress('sheets', total=6.0 * buildings) as advance:
         trials = gather_trials(out / 'trials', seeds, tree.segmentation, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
     with progress('leaving out', total=2.0 * settings.folds) as advance:
         model, held_out = fit_doubts(trials, settings, advance)
     figures = held_out_figures(trials, held_out, model.doubted_from)
-    facts = say_figures(figures, sheets=5 * buildings, first_seed=FIRST_SEED, readings=len(trials))
-    path = out / 'doubts.safetensors'
+    facts = say_figures(figures, sheets=6 * buildings, first_seed=FIRST_SEED, readings=len(trials))
+    path = out / 'doubts.json'
     write_doubts(path, model, settings, facts)
     typer.echo(f'wrote {path}')

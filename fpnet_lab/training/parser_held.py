@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.parsing.network import parse
-from fpnet_core.drawings.pictures.learned import BUILDING_PX, SHEET_PX, WALL_PX
+from fpnet_core.drawings.pictures.building import BUILDING_PX, SHEET_PX, WALL_PX
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.parser_samples import Sample, sheet_sample

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.pictures.choosing import choose
-from fpnet_core.drawings.pictures.found import Found
+from fpnet_core.drawings.pictures.found import Found, find_building
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import growth_at
@@ -58,7 +57,7 @@ def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None
         path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
         drawing = open_drawing(path, ReadOptions())
     try:
-        found = choose(drawing, ReadOptions(), config)
+        found = find_building(drawing, ReadOptions(), config)
     except FpnetError:
         return None
     H_pixel_page = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]) @ H_file_page

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A reading of a drawing: its cells, the rooms they are cut into, and how like a building."""
+"""The building that a drawing shows: its cells, and the rooms they are cut into."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.doubting import Doubts
-from fpnet_core.drawings.pictures.looking import Rival
-from fpnet_core.drawings.pictures.plausible import features, findings, probability
-from fpnet_core.drawings.stated import UNSAID, SaidScale
-from fpnet_core.drawings.types import Array, Box, Dropped, Trust
-from fpnet_core.raster.pixels import pixel_to_xy, shrinking
+from fpnet_core.drawings.pictures.building import SeenBuilding, see_building
+from fpnet_core.drawings.pictures.robot_maps import map_cells
+from fpnet_core.drawings.pictures.view import on_paper, view_of
+from fpnet_core.drawings.stated import SaidScale
+from fpnet_core.drawings.types import Array, Box, Drawing, ReadOptions
+from fpnet_core.errors import MapFormatError
+from fpnet_core.raster.pixels import cut_from, map_points, pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
@@ -24,36 +25,33 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 NOMINAL_M = 0.05
 """Edge of a cell where nothing is known of the scale; every figure is a ratio then. Chosen."""
 
-_JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
+_JUDGED_PX = 1200  # numerical: the longer side of a picture in which rooms are told
 _ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """
-    A reading.
+    A building as it was found in a drawing.
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``said`` is what is
-    said of the scale, at which rooms are cut then; ``odds`` are those of the reading before its
-    rooms are looked at. ``storeys`` and ``dropped`` are in the drawing's pixels; ``rivals`` are
-    other readings of it; ``thought`` is what was thought of it where that was asked for.
+    said of the scale, at which rooms are cut then. ``seen`` is what the parser saw, None of a
+    robot's map; ``storeys`` are in the drawing's pixels.
     """
 
     cells: NDArray[np.int8]
     H_cell_pixel: Array
     segmentation: Segmentation
-    probability: float
-    how: str
-    said: SaidScale = UNSAID
-    odds: float = 1.0
+    said: SaidScale
+    seen: SeenBuilding | None = None
     storeys: tuple[Box, ...] = ()
-    chosen: int = 0
-    dropped: tuple[Dropped, ...] = ()
     is_straightened: bool = False
-    trust: Trust | None = None
-    rivals: tuple[Rival, ...] = ()
-    thought: Doubts | None = None
+
+    @property
+    def how(self) -> str:
+        """How it was found, in a few words."""
+        return 'walls and rooms as learned from drawings' if self.seen else 'a robot map'
 
     @property
     def H_plan_pixel(self) -> Array:
@@ -65,46 +63,60 @@ class Found:
     def known_factor(self) -> float | None:
         """True metres of one of the segmentation's; None if unsaid or said by a slip."""
         cell_m = self.said.cell_m(self.H_cell_pixel, self.cells.shape)
-        factor = None if cell_m is None else cell_m / self._nominal_m
+        factor = None if cell_m is None else cell_m / NOMINAL_M
         return None if factor is None or _is_slip(self.segmentation, factor) else factor
 
-    @cached_property
-    def is_absurd(self) -> bool:
-        """Tell whether no building is like that, as one without doors."""
-        return bool(not self.segmentation.rooms or findings(self.segmentation))
 
-    @property
-    def as_rival(self) -> Rival:
-        """The reading as others of the same drawing see it."""
-        return Rival(self.segmentation, self.H_plan_pixel, self.probability)
+def find_building(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
+    """
+    Return the building that ``drawing`` shows.
 
-    def with_cells(self, cells: NDArray[np.int8], config: SegmentationConfig) -> Found:
-        """Return the reading with other cells (H, W), of which nothing is thought yet."""
-        rooms, _ = rooms_of(cells, self._nominal_m, config, self.known_factor)
-        chance = likelihood(rooms, self.odds)
-        return replace(self, cells=cells, segmentation=rooms, probability=chance, thought=None)
+    Raises
+    ------
+    MapFormatError
+        If it shows none, or not the storey that is asked for.
+    """
+    said = SaidScale.of(drawing, options)
+    part, H_part_pixel = _part(drawing.pixels, options.crop)
+    cells = None if options.storey else map_cells(part, NOMINAL_M)
+    if cells is not None:
+        return Found(cells, H_part_pixel, _rooms(cells, H_part_pixel, said, config), said)
+    part, H_part_pixel = on_paper(part, H_part_pixel)
+    view = view_of(part)
+    seen = see_building(view, options.storey)
+    if seen is None:
+        raise MapFormatError(
+            f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
+            f'with walls that stand out from the paper{"".join(f"; {n}" for n in drawing.notes)}'
+        )
+    H = seen.H_cell_pixel @ H_part_pixel
+    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel @ H_part_pixel), np.float64)
+    storeys = tuple(_boxed(to_pixel, box) for box in seen.boxes)
+    rooms = _rooms(seen.cells, H, said, config)
+    return Found(seen.cells, H, rooms, said, seen, storeys, view.is_straightened)
 
-    @property
-    def _nominal_m(self) -> float:
-        return self.segmentation.grid.resolution / stride(self.cells)
+
+def _part(pixels: NDArray[np.uint8], crop: Box | None) -> tuple[NDArray[np.uint8], Array]:
+    """Return what of a drawing is looked at, and the map (3, 3) from the drawing's pixels."""
+    left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
+    return pixels[top:bottom, left:right], cut_from(left, top)
 
 
-def likelihood(segmentation: Segmentation, odds: float = 1.0) -> float:
-    """Return how surely rooms are a building's if a reading like that has ``odds`` before."""
-    chance = odds * probability(features(segmentation))
-    return chance / (chance + 1.0 - chance / odds)
+def _rooms(
+    cells: NDArray[np.int8], H_cell_pixel: Array, said: SaidScale, config: SegmentationConfig
+) -> Segmentation:
+    cell_m = said.cell_m(H_cell_pixel, cells.shape)
+    return rooms_of(cells, config, cell_m and cell_m / NOMINAL_M)
 
 
 def rooms_of(
-    cells: NDArray[np.int8],
-    nominal_m: float,
-    config: SegmentationConfig,
-    known_factor: float | None = None,
-) -> tuple[Segmentation, float]:
+    cells: NDArray[np.int8], config: SegmentationConfig, known_factor: float | None = None
+) -> Segmentation:
     """
-    Return the rooms of cells (H, W), seen as coarsely as does, and true metres per nominal one.
+    Return the rooms of cells (H, W) of :data:`NOMINAL_M`, seen as coarsely as does.
 
-    These are estimated where they are not known, or known by a slip of the pen.
+    ``known_factor`` is how many true metres are a nominal one; it is estimated where it is not
+    known, or known by a slip of the pen.
     """
     step = stride(cells)
     rows, cols = (-(-side // step) for side in cells.shape)
@@ -113,13 +125,12 @@ def rooms_of(
     blocks = padded.reshape(rows, step, cols, step)
     wall, free = (blocks == OCCUPIED).any(axis=(1, 3)), (blocks == FREE).all(axis=(1, 3))
     coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
-    grid = GridMap(coarse[::-1], nominal_m * step)
+    grid = GridMap(coarse[::-1], NOMINAL_M * step)
     if known_factor is not None:
         segmentation = segment_at(grid, config, known_factor)
         if not _is_slip(segmentation, known_factor):
-            return segmentation, known_factor
-    segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
-    return segmentation, scale.factor
+            return segmentation
+    return segment_unknown_scale(grid, config, _ROUNDS)[0]
 
 
 def _is_slip(segmentation: Segmentation, factor: float) -> bool:
@@ -133,5 +144,14 @@ def _is_slip(segmentation: Segmentation, factor: float) -> bool:
 
 
 def stride(cells: NDArray[np.int8]) -> int:
-    """Return how many cells (H, W) of a reading are one of those that it is judged by."""
+    """Return how many cells (H, W) of a building are one of those that its rooms are told in."""
     return int(-(-max(cells.shape) // _JUDGED_PX))
+
+
+def _boxed(H: Array, box: Box) -> Box:
+    """Return the box around ``box`` mapped by ``H``."""
+    left, top, right, bottom = box
+    corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], float)
+    mapped = map_points(H, corners)
+    first, last = np.rint(mapped.min(axis=0)).astype(int), np.rint(mapped.max(axis=0)).astype(int)
+    return int(first[0]), int(first[1]), int(last[0]), int(last[1])

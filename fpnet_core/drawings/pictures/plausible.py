@@ -1,32 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""
-How much a reading looks like a building, in figures that need no scale.
-
-A logistic regression on these figures and their squares weighs them; it was fitted on readings
-of generated sheets whose truth is known, by ``fpnet train-readings``.
-"""
+"""How much rooms look like those of a building, in figures that need no scale."""
 
 from __future__ import annotations
-
-from functools import cache
-from importlib import resources
-import json
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
-from fpnet_core.small_networks import CLIP
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
 Array = NDArray[np.float64]
-
-WEIGHTS_NAME = 'readings.json'
 
 FEATURES = (
     'rooms', 'largest', 'door_to_room', 'doored', 'doors', 'square', 'squarest', 'door_spread',
@@ -45,28 +32,6 @@ _JOINED_SHARE = 0.6  # of a building's rooms are joined by doors, or belong to d
 _DWELLING_ROOMS = 3  # so many rooms joined by doors may have their own door to the outside
 _DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
 _INK_SHARE = 0.6  # of a building is wall
-
-
-def probability(figures: Array) -> float:
-    """Return how surely a reading with ``figures (F,)`` shows the rooms of its drawing."""
-    mean, std, weight, bias = _model()
-    score = float(powers((figures - mean) / std) @ weight + bias)
-    return float(expit(score))
-
-
-def powers(scaled: Array) -> Array:
-    """Return figures (..., F), scaled to unit variance, and their squares (..., 2 F)."""
-    clipped = np.clip(scaled, -CLIP, CLIP)
-    return np.concatenate([clipped, np.square(clipped)], axis=-1)
-
-
-@cache
-def _model() -> tuple[Array, Array, Array, float]:
-    """Return mean, standard deviation, weights and bias as they are shipped."""
-    file = resources.files('fpnet_core.weights') / WEIGHTS_NAME
-    stored = json.loads(file.read_text(encoding='utf-8'))
-    mean, std, weight = (np.array(stored[key]) for key in ('mean', 'std', 'weight'))
-    return mean, std, weight, float(stored['bias'])
 
 
 def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -> list[str]:

@@ -1,35 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How thick walls are, and which lines are too thin for walls."""
+"""How thick walls are."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fpnet_core.raster.morphology import Mask, grown, opened_by, shrunk, square
-from fpnet_core.raster.pieces import pieces_of
-
-THIN = 0.6
-"""Of the usual wall's thickness: what is thinner is no wall, what goes on as thick is. Chosen."""
+from fpnet_core.raster.morphology import Mask, shrunk
 
 
 def wall_cells(walls: Mask) -> float:
     """Return the mean thickness of walls (H, W) in cells: twice their area over their outline."""
     outline = walls & ~shrunk(walls, 1)
     return 2.0 * float(np.count_nonzero(walls) + 1) / float(np.count_nonzero(outline) + 1)
-
-
-def walls_going_on(walls: Mask, ink: Mask) -> Mask:
-    """Return walls (H, W) with all ``ink (H, W)`` that goes on from them nearly as thick."""
-    side = max(1, round(THIN * wall_cells(walls)))
-    pieces, stats = pieces_of(opened_by(ink, square(side)) | walls)
-    is_part = np.bincount(pieces[walls], minlength=len(stats)) > 0
-    is_part[0] = False
-    return np.asarray(is_part[pieces])
-
-
-def thin_walls(walls: Mask, side: int) -> Mask:
-    """Return which walls (H, W) are thinner than ``side`` cells."""
-    if side < 2:
-        return np.zeros_like(walls)
-    return np.asarray(walls & ~grown(opened_by(walls, square(side)), 1))

@@ -16,13 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.morphology import is_peak, shrunk, square
+from fpnet_core.raster.morphology import shrunk, square
 from fpnet_core.raster.windows import border_of
 
 Levels = NDArray[np.uint8]
-
-DARK_GROUND = 100
-"""Drawings whose paper is darker than this grey level are light lines on dark. Chosen."""
 
 # Chosen, not measured:
 _REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
@@ -36,11 +33,7 @@ _LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
 _BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
 _BRIGHTER = 1.3  # times as bright as the table is the sheet
 _SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
-_NOISE_SIGMAS = 4.0
-_FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
-_TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
 _LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
-_CUT = 0.3  # of the darkest tone: what is fainter is no ink
 
 
 def brightest(pixels: Levels) -> Levels:
@@ -70,12 +63,6 @@ def commonest_levels(grey: Levels) -> list[tuple[int, float]]:
         found.append((level, float(near[level])))
         count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
     return found
-
-
-def is_dark_ground(pixels: Levels) -> bool:
-    """Tell whether ``pixels (H, W, 3)`` show light lines on a dark ground."""
-    grey = _grey(_small(pixels, _PAPER_PX))
-    return bool(np.median(grey) < DARK_GROUND)
 
 
 def contrast(pixels: Levels) -> Levels:
@@ -184,23 +171,3 @@ def _small(pixels: Levels, longest: int) -> Levels:
     factor = min(1.0, longest / max(pixels.shape[:2]))
     size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]
     return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-
-
-def ink_level(levels: Levels) -> float | None:
-    """
-    Return the contrast from which on pixels are ink; None where nothing is drawn.
-
-    ``levels (H, W)`` are those of :func:`contrast`.
-    """
-    least = max(_FAINTEST, _NOISE_SIGMAS * _noise(levels))
-    is_ridge = (levels > least) & is_peak(levels, 3)
-    if not is_ridge.any():
-        return None
-    darkest = float(np.quantile(levels[is_ridge], _TOP_SHARE))
-    return float(max(least, _CUT * darkest))
-
-
-def _noise(levels: Levels) -> float:
-    """Return the standard deviation of the paper's contrast, from its lower half."""
-    paper = levels[levels < np.quantile(levels, 0.7) + 1]
-    return float(np.sqrt(np.mean(np.square(paper.astype(np.float64)))))

@@ -4,23 +4,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pictures.frames import without_frames
 from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.pictures.tones import (
     Levels,
     contrast,
-    ink_level,
-    paper_around,
     sheet_outline,
 )
 from fpnet_core.drawings.types import Array, Box
-from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
@@ -31,7 +27,6 @@ _NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: what is drawn as n
 _UNLIKE_PAPER = 48  # levels between paper and what is drawn upon it
 _BESIDE_SHARE = 0.25  # of the edge is unlike paper where a table lies around it
 _SAMPLES = 30_000  # numerical: pixels whose median is the paper
-_SOFT_PX = 2  # numerical: so far around a line of the view it may still be darker than the paper
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,33 +106,27 @@ def _shrunk_part(
 _WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
 
 
-def on_paper(pixels: Levels, crop: Box | None = None) -> tuple[Levels, Array]:
+def on_paper(pixels: Levels, H_pixel_drawing: Array) -> tuple[Levels, Array]:
     """
-    Return what of a drawing is looked at, with more paper around it where that was cut away.
+    Return pixels with more paper around them where that was cut away.
 
     The network has learned from sheets, and takes rooms at the edge of a picture for outside.
 
     Parameters
     ----------
     pixels : (H, W, 3)
-    crop : what of it to look at, in pixels
-
-    Returns
-    -------
-    part : (H, W, 3)
-    H_part_pixel : (3, 3), from the drawing's pixels
+    H_pixel_drawing : (3, 3), from a drawing's pixels to these; returned for those with paper
     """
-    left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
-    part = pixels[top:bottom, left:right]
-    long_side = max(part.shape[:2])
-    paper = np.median(part.reshape(-1, 3)[:: max(1, part.size // _SAMPLES)], axis=0)
-    is_drawn = np.abs(part.astype(np.int16) - paper.astype(np.int16)).max(axis=2) > _UNLIKE_PAPER
+    long_side = max(pixels.shape[:2])
+    paper = np.median(pixels.reshape(-1, 3)[:: max(1, pixels.size // _SAMPLES)], axis=0)
+    away = np.abs(pixels.astype(np.int16) - paper.astype(np.int16)).max(axis=2)
+    is_drawn = away > _UNLIKE_PAPER
     is_cut = np.count_nonzero(is_drawn[_rim(is_drawn.shape, 1)]) > _BESIDE_SHARE * 4 * long_side
     if is_cut or not is_drawn[_rim(is_drawn.shape, round(_NEAR_SHARE * long_side))].any():
-        return part, cut_from(left, top)
+        return pixels, H_pixel_drawing
     by = round(_PAPER_SHARE * long_side)
-    framed = cv2.copyMakeBorder(part, by, by, by, by, cv2.BORDER_CONSTANT, value=paper.tolist())
-    return np.asarray(framed, np.uint8), cut_from(left - by, top - by)
+    framed = cv2.copyMakeBorder(pixels, by, by, by, by, cv2.BORDER_CONSTANT, value=paper.tolist())
+    return np.asarray(framed, np.uint8), cut_from(-by, -by) @ H_pixel_drawing
 
 
 def _rim(shape: tuple[int, ...], by: int) -> NDArray[np.bool_]:
@@ -166,30 +155,3 @@ def view_of(pixels: Levels) -> View:
             cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
         )
     return View(levels, H @ scale, pixels, is_straightened)
-
-
-def unframed(view: View) -> View:
-    """
-    Return a view whose sheet has no frame, nor a title block that is joined to one.
-
-    Frames are painted in the tone of the paper beside them. The network would take them for walls,
-    and the ground that they enclose for rooms.
-    """
-    level = ink_level(view.levels)
-    if level is None:
-        return view
-    ink = view.levels > level
-    frames, rest = without_frames(ink, is_sure=True)
-    if not frames:
-        return view
-    gone = grown(ink & ~rest, _SOFT_PX) & ~rest
-    size = view.pixels.shape[1::-1]
-    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    there = cv2.warpPerspective(gone.view(np.uint8), view.H_view_pixel, size, flags=flags) > 0
-    factor = min(1.0, WORK_PX / max(size))
-    small = [max(1, round(side * factor)) for side in size]
-    reduced = cv2.resize(view.pixels, small, interpolation=cv2.INTER_AREA)
-    paper = cv2.resize(paper_around(np.asarray(reduced, np.uint8)), size)
-    pixels = view.pixels.copy()
-    pixels[there] = paper[there]
-    return replace(view, levels=np.where(gone, 0, view.levels).astype(np.uint8), pixels=pixels)

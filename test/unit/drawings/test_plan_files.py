@@ -14,7 +14,6 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
-    Dropped,
     Reading,
     ReadOptions,
     ScaleSource,
@@ -35,7 +34,6 @@ def reading():
         'dark walls on light paper',
         Drawing(np.full((40, 60, 3), 255, np.uint8), 'sheet.png', 'png'),
         storeys=((0, 0, 30, 40), (30, 0, 60, 40)),
-        dropped=(Dropped('title block', (40, 30, 60, 40)),),
         notes=('The sheet lay askew.',),
         doubts=('No door was found.',),
     )
@@ -61,7 +59,6 @@ def test_the_record_has_all_but_the_map(reading, tmp_path):
     assert values == as_json(reading)
     assert values['H_plan_image'] == reading.H_plan_image.tolist()
     assert values['scale']['interval'] == [0.02, 0.035]
-    assert values['dropped'] == [{'what': 'title block', 'box': [40, 30, 60, 40]}]
     assert values['storeys'] == [[0, 0, 30, 40], [30, 0, 60, 40]]
 
 

@@ -16,7 +16,7 @@ from fpnet_core.io.images import interpret
 from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import room_agreement
-from fpnet_core.types import FREE, GridMap
+from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 GOOD_F1 = 0.85
 
@@ -45,14 +45,29 @@ def room_f1(reading, labels):
     return room_agreement(found.labels, truth_on(reading, labels)).f1
 
 
-def test_a_clean_plan_is_read_exactly_as_ever(tmp_path):
-    picture, _ = storey()
+def test_a_robots_map_without_its_yaml_is_read_exactly(tmp_path):
+    picture, labels = storey()
+    outside = np.where(picture[..., 0] == WHITE, labels == 0, False)
+    picture[outside] = 205
     reading = read_plan(saved(tmp_path, picture), ReadOptions(resolution_m=0.05))
     np.testing.assert_array_equal(reading.grid.cells[::-1], interpret(picture[..., 0], 0.05))
+    assert reading.how == 'a robot map'
     assert reading.scale.source is ScaleSource.STATED
     assert reading.grid.resolution == 0.05
     assert reading.is_readable
-    assert reading.dropped == ()
+
+
+def test_walls_of_a_clean_plan_stand_where_they_are_drawn(tmp_path):
+    picture, _ = storey()
+    reading = read_plan(saved(tmp_path, picture), ReadOptions(resolution_m=0.05))
+    places = reading.grid.rc_to_xy(np.moveaxis(np.indices(reading.grid.shape), 0, 2))
+    lifted = np.c_[places.reshape(-1, 2), np.ones(places[..., 0].size)]
+    lifted = lifted @ np.linalg.inv(reading.H_plan_image).T
+    x, y = np.rint(lifted[:, :2] / lifted[:, 2:]).astype(int).T
+    x, y = x.clip(0, picture.shape[1] - 1), y.clip(0, picture.shape[0] - 1)
+    drawn = picture[y, x, 0].reshape(reading.grid.shape) == 0
+    found = reading.grid.cells == OCCUPIED
+    assert (drawn & found).sum() / (drawn | found).sum() > 0.9
 
 
 def test_a_map_server_map_is_what_its_thresholds_say(tmp_path):
@@ -90,13 +105,10 @@ def test_colours_fills_and_light_lines_on_dark(tmp_path, wall, paper, fill):
     assert reading.is_readable
 
 
-def test_what_is_on_the_sheet_beside_the_building_is_dropped(tmp_path):
+def test_what_is_on_the_sheet_beside_the_building_is_no_building(tmp_path):
     picture, labels = sheet(*storey(fill=[(255, 235, 215), (215, 235, 255)]))
     reading = read_plan(saved(tmp_path, picture))
     assert room_f1(reading, labels) > GOOD_F1
-    what = [dropped.what for dropped in reading.dropped]
-    assert 'frame' in what
-    assert 'title block or legend' in what
     rows, cols = np.nonzero(labels)
     ((left, top, right, bottom),) = reading.storeys
     np.testing.assert_allclose(

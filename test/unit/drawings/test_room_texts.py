@@ -257,7 +257,7 @@ def flat(factor=1.0):
 
 def found_with(said, cells):
     segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], 0.05), SegmentationConfig())
-    return Found(cells, np.eye(3), segmentation, 0.9, 'as drawn', said)
+    return Found(cells, np.eye(3), segmentation, said)
 
 
 def test_areas_go_before_doors_and_the_user_before_areas():

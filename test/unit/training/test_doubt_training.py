@@ -1,27 +1,25 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fitting what doubts readings, and the files of its trials."""
+"""Fitting what doubts readings, and its file."""
 
 from dataclasses import replace
+import json
 
 import numpy as np
 import pytest
 
-from fpnet_core.drawings.pictures.doubt_model import DOUBT_SCHEMA, model_of
-from fpnet_core.drawings.pictures.room_figures import ROOM_FIGURES
-from fpnet_core.drawings.pictures.sheet_figures import WHOLE_FIGURES
+from fpnet_core.drawings.pictures.doubts import ROOM_FIGURES, SHEET_FIGURES, model_of
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.weights import read_weights
-from fpnet_lab.training.doubt_trials import ReadingTrial
 from fpnet_lab.training.doubts import (
     DoubtTraining,
+    DoubtTrial,
     fit_doubts,
     held_out_figures,
     threshold,
     write_doubts,
 )
 
-SETTINGS = DoubtTraining(room_trees=5, right_doubted=0.1)
+SETTINGS = DoubtTraining(right_doubted=0.1)
 
 
 def planted(count=60, seed=0):
@@ -31,11 +29,11 @@ def planted(count=60, seed=0):
     for number in range(count):
         is_wrong = number % 3 == 0
         rooms = rng.normal(size=(12, len(ROOM_FIGURES)))
-        whole = rng.uniform(0.3, 0.7, len(WHOLE_FIGURES))
-        whole[WHOLE_FIGURES.index('shut_out')] = 0.5 if is_wrong else 0.0
+        whole = rng.uniform(0.3, 0.7, len(SHEET_FIGURES) - 3)
+        whole[SHEET_FIGURES.index('lost') - 3] = 0.9 if is_wrong else 0.0
         right = rooms[:, ROOM_FIGURES.index('open')] < 0.5
         f1 = 0.4 if is_wrong else 0.95
-        trials.append(ReadingTrial('scan', number // 2, True, f1, rooms, right, whole))
+        trials.append(DoubtTrial('scan', number // 2, f1, rooms, right, whole))
     return trials
 
 
@@ -47,11 +45,10 @@ def test_what_was_planted_is_found_in_buildings_left_out(tmp_path):
     assert figures['rooms_auc'] > 0.85
     assert figures['wrong_doubted'] > 0.9
     assert figures['right_doubted'] == pytest.approx(0.1, abs=0.05)
-    write_doubts(tmp_path / 'doubts.safetensors', model, SETTINGS, {})
-    again = model_of(read_weights(tmp_path / 'doubts.safetensors', DOUBT_SCHEMA))
-    assert again.doubted_from == model.doubted_from
+    write_doubts(tmp_path / 'doubts.json', model, SETTINGS, {})
+    again = model_of(json.loads((tmp_path / 'doubts.json').read_text()))
     for trial in trials[:5]:
-        assert again.wrong(trial.whole, trial.rooms) == model.wrong(trial.whole, trial.rooms)
+        assert again.wrong(trial.evidence) == pytest.approx(model.wrong(trial.evidence), abs=1e-4)
 
 
 def test_nothing_is_learned_from_right_readings_alone():

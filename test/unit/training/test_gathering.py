@@ -14,7 +14,7 @@ from fpnet_lab.evaluation.localization.suite import CaseOutcome
 from fpnet_lab.kept import make_once
 from fpnet_lab.training.covariance_drives import Samples
 from fpnet_lab.training.door_samples import DoorSample
-from fpnet_lab.training.doubt_trials import ReadingTrial
+from fpnet_lab.training.doubts import DoubtTrial
 from fpnet_lab.training.gathering import MapTask
 from fpnet_lab.training.judge_trials import Trial, Trials
 from fpnet_lab.training.scale_samples import ScaleSamples
@@ -71,10 +71,10 @@ KEPT = [
         ),
     ),
     (
-        tuple[ReadingTrial, ...],
+        tuple[DoubtTrial, ...],
         (
-            ReadingTrial(
-                'scan', 4001, True, 0.9, RNG.random((2, 3)), np.array([True, False]), RNG.random(4)
+            DoubtTrial(
+                'scan', 4001, 0.9, RNG.random((2, 3)), np.array([True, False]), RNG.random(4)
             ),
         ),
     ),

@@ -124,7 +124,6 @@ def test_doors_have_a_line_a_hinge_and_a_leaf(stated):
 
 def test_the_map_is_the_geometry(stated):
     assert stated.how == 'walls, doors and rooms as the IFC states them'
-    assert stated.trust is None
     assert stated.doubts == ()
     on_walls = [(0.15, 2.5), (4.1, 1.0), (4.1, 4.0), (6.0, 4.85), (1.5, 0.15), (2.2, 2.2)]
     assert cells_at(stated, on_walls) == [OCCUPIED] * 6

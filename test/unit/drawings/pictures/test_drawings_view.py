@@ -4,12 +4,10 @@
 
 import cv2
 import numpy as np
-from plan_pictures import sheet, storey
-import pytest
 from scipy.spatial.transform import Rotation
 
-from fpnet_core.drawings.pictures.view import on_paper, unframed, view_of
-from fpnet_core.raster.pixels import map_points
+from fpnet_core.drawings.pictures.view import on_paper, view_of
+from fpnet_core.raster.pixels import cut_from, map_points
 
 SIZE = (1200, 900)
 CORNERS = np.array([[0.0, 0.0], [1200.0, 0.0], [1200.0, 900.0], [0.0, 900.0]])
@@ -77,11 +75,10 @@ def test_a_building_that_is_no_rectangle_is_no_sheet():
 
 def test_a_picture_that_was_cut_at_its_walls_is_given_paper():
     sheet = drawn_by_hand(np.random.default_rng(3))
-    whole, H = on_paper(sheet, None)
+    whole, H = on_paper(sheet, np.eye(3))
     assert whole.shape == sheet.shape
     np.testing.assert_array_equal(H, np.eye(3))
-    crop = (140, 138, 1062, 764)
-    part, H = on_paper(sheet, crop)
+    part, H = on_paper(sheet[138:764, 140:1062], cut_from(140, 138))
     by = round(0.06 * 922)
     assert part.shape == (626 + 2 * by, 922 + 2 * by, 3)
     left, top = (140 - by, 138 - by)
@@ -94,58 +91,5 @@ def test_a_picture_that_was_cut_at_its_walls_is_given_paper():
 def test_a_sheet_on_a_table_is_given_no_paper():
     table = np.full((1200, 1500, 3), TABLE, np.uint8)
     table[120:1020, 140:1340] = drawn_by_hand(np.random.default_rng(3))
-    part, _ = on_paper(table, None)
+    part, _ = on_paper(table, np.eye(3))
     assert part.shape == table.shape
-
-
-def test_a_frame_with_its_title_block_is_painted_as_paper():
-    picture, labels = storey()
-    framed, truth = sheet(picture, labels)
-    framed[framed == 255] = 236
-    view = view_of(framed)
-    bare = unframed(view)
-    height, width = truth.shape
-    assert (view.pixels[17:24, 30:-30].min(axis=0) == 0).all()
-    assert (bare.pixels[15:26, 15:-15] == 236).all()
-    assert (bare.pixels[height - 151 : height - 147, width - 420 : width - 20] == 236).all()
-    inner = np.s_[160 : height - 320, 160 : width - 160]
-    np.testing.assert_array_equal(bare.pixels[inner], view.pixels[inner])
-    np.testing.assert_array_equal(bare.H_view_pixel, view.H_view_pixel)
-
-
-def hall(walls, windows):
-    """A building whose rooms, two rows of six, stand in the middle of an open floor; its outer
-    walls are lines (thickness, inset) with windows, or without."""
-    core, _ = storey()
-    picture = np.pad(core, ((260, 260), (200, 200), (0, 0)), constant_values=255)
-    height, width = picture.shape[:2]
-    for thickness, inset in walls:
-        corners = (60 + inset, 60 + inset), (width - 61 - inset, height - 61 - inset)
-        cv2.rectangle(picture, *corners, (0, 0, 0), thickness)
-    for left in range(120, width - 160, 100) if windows else ():
-        for low in (60, height - 67):
-            cv2.rectangle(picture, (left, low), (left + 50, low + 6), (255, 255, 255), -1)
-            cv2.rectangle(picture, (left, low), (left + 50, low + 6), (0, 0, 0), 1)
-            cv2.line(picture, (left, low + 3), (left + 50, low + 3), (0, 0, 0), 1)
-    return picture
-
-
-@pytest.mark.parametrize(
-    ('walls', 'windows'), [(((8, 3),), False), (((8, 3),), True), (((1, 0), (1, 6)), True)]
-)
-def test_the_outer_wall_of_an_open_floor_is_no_frame(walls, windows):
-    view = view_of(hall(walls, windows))
-    assert unframed(view) is view
-
-
-def test_an_outer_wall_of_two_lines_is_no_frame_where_partitions_meet_it():
-    picture = hall(((1, 0), (1, 10)), False)
-    height, width = picture.shape[:2]
-    for x in (width // 3, 2 * width // 3):
-        for first, last in ((70, 180), (height - 180, height - 71)):
-            cv2.rectangle(picture, (x, first), (x + 8, last), (0, 0, 0), 1)
-            cv2.line(picture, (x + 1, first), (x + 7, first), (255, 255, 255), 1)
-    for x in (70, width - 171):
-        cv2.rectangle(picture, (x, height // 2), (x + 100, height // 2 + 8), (0, 0, 0), 1)
-    view = view_of(picture)
-    assert unframed(view) is view

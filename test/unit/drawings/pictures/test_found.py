@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lines that are thinner than walls: they cut rooms and shut doors until a reading is without."""
+"""Buildings found in pictures, as a user would hand them in."""
 
 import cv2
 import numpy as np
@@ -9,12 +9,12 @@ from plan_pictures import PX_PER_M, ROOM_COUNT, storey
 import pytest
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.found import NOMINAL_M, Found, likelihood, rooms_of
-from fpnet_core.drawings.pictures.thin_lines import without_thin_lines
+from fpnet_core.drawings.pictures import found as found_module
+from fpnet_core.drawings.pictures.doubts import doubts_of
+from fpnet_core.drawings.pictures.found import find_building
 from fpnet_core.drawings.read import read_plan
-from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.drawings.types import Drawing, DrawingScale, ReadOptions, ScaleSource
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 CONFIG = SegmentationConfig()
 LARGER = 2
@@ -94,30 +94,20 @@ def test_panels_of_sliding_doors_shut_no_doorway(tmp_path, keep):
     assert reading.is_readable
 
 
-def reading_of(cells):
-    rooms, _ = rooms_of(cells, NOMINAL_M, CONFIG)
-    return Found(cells, np.eye(3), rooms, likelihood(rooms), 'by hand')
-
-
-def building(shut=True):
-    """Four rooms of 5 m x 5 m with doors in thin partitions, the last one behind a thick wall."""
-    cells = np.full((140, 460), UNKNOWN, np.int8)
-    cells[10:130, 10:450] = OCCUPIED
-    cells[18:122, 18:442] = FREE
-    for x, thickness in ((120, 2), (220, 2), (320, 8)):
-        cells[18:122, x : x + thickness] = OCCUPIED
-        if thickness == 2 or not shut:
-            cells[60:78, x : x + thickness] = FREE
-    return cells
-
-
-def test_thin_partitions_stay_although_a_room_has_no_door():
-    found = reading_of(building())
-    assert len(found.segmentation.rooms) - doored(found.segmentation) == 1
-    assert without_thin_lines(found, CONFIG) is found
-
-
-def test_no_line_goes_where_every_room_has_a_door(monkeypatch):
-    found = reading_of(building(shut=False))
-    monkeypatch.setattr(Found, 'with_cells', lambda *_: pytest.fail('was cut anew'))
-    assert without_thin_lines(found, CONFIG) is found
+@pytest.mark.parametrize('is_said_by', ['resolution', 'length', 'drawing'])
+def test_rooms_are_told_at_the_scale_that_is_said(monkeypatch, is_said_by):
+    monkeypatch.setattr(found_module, 'segment_unknown_scale', lambda *_: pytest.fail('guessed'))
+    picture, _ = storey()
+    width, pixel_m = picture.shape[1], 1.0 / PX_PER_M
+    units = DrawingScale(pixel_m, pixel_m, pixel_m, ScaleSource.UNITS)
+    options = {
+        'resolution': ReadOptions(resolution_m=pixel_m),
+        'length': ReadOptions(length=(0.0, 9.0, width, 9.0, width * pixel_m)),
+        'drawing': ReadOptions(),
+    }[is_said_by]
+    drawing = Drawing(picture, 'a.png', 'png', scale=units if is_said_by == 'drawing' else None)
+    found = find_building(drawing, options, CONFIG)
+    nominal_m = np.sqrt(abs(np.linalg.det(found.H_plan_pixel[:2, :2])))
+    assert found.known_factor * nominal_m == pytest.approx(pixel_m)
+    assert len(found.segmentation.rooms) == ROOM_COUNT
+    assert not doubts_of(found, CONFIG).reasons

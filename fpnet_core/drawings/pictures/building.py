@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The building on a sheet as a small network sees it, pixel by pixel.
+The building on a sheet as the parser sees it, pixel by pixel.
 
-A look at the whole sheet says where the building is; a look at the building alone, as finely as
-the drawing allows, says what is wall, window, doorway and floor. Both looks must agree, and how
-far they do is a figure of trust.
+The first look at the whole sheet tells where buildings are. The second, at one building as finely
+as its walls need, knows what the first one saw, and tells wall, window, doorway and floor.
 """
 
 from __future__ import annotations
@@ -17,12 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.parsing.network import parse
-from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
-from fpnet_core.drawings.pictures.signs import coloured_signs
 from fpnet_core.drawings.pictures.thickness import wall_cells
-from fpnet_core.drawings.pictures.tones import contrast, ink_level
-from fpnet_core.drawings.pictures.view import View, unframed
-from fpnet_core.drawings.types import Array, Box, Chances, Trust
+from fpnet_core.drawings.pictures.view import View
+from fpnet_core.drawings.types import Array, Box, Chances
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.distance import cells_to_nearest
@@ -34,11 +30,8 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Pixels = NDArray[np.uint8]
 
-SHEET_PX = 1024
-"""The longer side of the picture in which the network looks for the building. Chosen."""
-
-WIDER_PX = (512, 341, 240)
-"""The same, of pictures in which it sees the walls of halls while in their middle. Chosen."""
+SHEET_PX = (400, 640)
+"""The longer sides of the pictures in which the network looks for the building. Chosen."""
 
 BUILDING_PX = (500, 1300)
 """
@@ -53,11 +46,13 @@ FINAL_PX = 1600
 The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
 """
 
+LIKELY = 0.5
+"""Numerical: a class of a pixel is more probable than not."""
+
 # Chosen, not measured:
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
-_DOOR_SHARE = 0.35  # of the largest building's share of doors: what has fewer is a table
 _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
@@ -66,41 +61,35 @@ _WALL_SHARE = 0.06  # of the building's longer side: what is further from any fl
 # sheets of the tune half (docs/drawings.md).
 _WALLS_COUNT = 2.5
 _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
-_UNSURE = 0.8  # less probable classes are not sure
 _LEAKS = 0.12  # of a space is unlike the rest of it
-_SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
-_LEAST_PX = 280  # the longer side of a picture in which buildings can be read
 _SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
 _EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
 _SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
 _LEAST = 1e-3  # numerical
-_INK_SHARE = 0.5  # of the contrast of ink is left of lines in a smaller picture
-_NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
 
 
 @dataclass(frozen=True, eq=False)
 class SeenBuilding:
     """
-    A building as the network sees it.
+    A building as the parser sees it.
 
-    ``cells (H, W)`` with row 0 at the top, ``rough_cells (H, W)`` by the look at the whole sheet
-    alone, ``ink (H, W)`` is what is drawn there; ``H_cell_pixel (3, 3)`` maps the drawing's
+    ``cells (H, W)`` with row 0 at the top, ``chances (K, H, W)`` of each class there, and
+    ``first_chances (K, H, W)`` by the first look alone; ``H_cell_pixel (3, 3)`` maps the drawing's
     pixels to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
     ``chosen`` indexes them.
     """
 
     cells: NDArray[np.int8]
-    rough_cells: NDArray[np.int8]
-    ink: Mask
+    chances: Chances
+    first_chances: Chances
     H_cell_pixel: Array
     boxes: tuple[Box, ...]
     chosen: int
-    trust: Trust
 
 
 def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     """
-    Return the building of a view as the network sees it; None where it sees none.
+    Return the building of a view as the parser sees it; None where it sees none.
 
     ``storey`` is its number from 1, of several on a sheet; None takes the largest.
 
@@ -109,16 +98,12 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     MapFormatError
         If there is no such storey.
     """
-    view = unframed(view)
     shape = view.levels.shape
-    sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
-    first = _chances(sheet)
-    halls = halls_of([first, *_wider_looks(view, first.shape)], _ink(view, first.shape))
-    coarse = given_halls(first, *halls)
-    labels, boxes = _buildings(coarse[OUTSIDE] < LIKELY)
+    first, H_sheet_pixel = _first_look(view)
+    labels, boxes = _buildings(first[OUTSIDE] < LIKELY)
     if not boxes:
         return None
-    order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
+    order = _reading_order(boxes)
     chosen = order.index(0) if storey is None else storey - 1
     if not 0 <= chosen < len(order):
         raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
@@ -126,77 +111,42 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = labels == order[chosen] + 1
     box = _widened(in_view[chosen], shape)
-    longest = _longest(first, ground, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
-    fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
-    size = (fine.shape[2], fine.shape[1])
+    size = (final.shape[1], final.shape[0])
+    before = _moved(first, H_cell_sheet, size)
+    picture, H_picture_pixel = view.shown(box, _longest(first, ground, boxes[order[chosen]]))
+    H_picture_sheet = H_picture_pixel @ np.linalg.inv(H_sheet_pixel)
+    known = np.concatenate([first, np.ones_like(first[:1])])
+    context = _moved(known, H_picture_sheet, (picture.shape[1], picture.shape[0]))
+    fine = _enlarged(parse(picture, context), final)
     grounds = _grown(ground, _WING_SHARE).astype(np.float32)
     near = cv2.warpPerspective(grounds, H_cell_sheet, size) > LIKELY
-    earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
-    before = np.asarray(np.stack(earlier), np.float32)
-    there = (cv2.warpPerspective(m.view(np.uint8), H_cell_sheet, size) > 0 for m in halls)
-    fine = given_halls(fine, *there)
     cells = _alone(_cells(fine, before, near))
-    cells[coloured_signs(cells == OCCUPIED, final)] = FREE
     if not (cells == FREE).any():
         return None
-    rough = _alone(_cells(before, before, near))
-    trust = _trust(fine, before, cells)
-    return SeenBuilding(cells, rough, _drawn(final), H_cell_pixel, in_view, chosen, trust)
+    return SeenBuilding(cells, fine, before, H_cell_pixel, in_view, chosen)
 
 
-def _wider_looks(view: View, shape: tuple[int, ...]) -> list[Chances]:
-    """
-    Return probabilities (K, H, W) = ``shape`` from looks at smaller pictures of the whole sheet.
-
-    The network sees as many pixels around each: in a smaller picture the walls of a larger hall.
-    """
+def _first_look(view: View) -> tuple[Chances, Array]:
+    """Return probabilities (K, H, W) of the whole sheet, the mean of looks at pictures of it."""
     height, width = view.levels.shape
-    found = []
-    for longest in WIDER_PX:
-        if longest < max(shape[1:]):
-            picture, _ = view.shown((0, 0, width, height), longest)
-            seen = [cv2.resize(each, shape[:0:-1]) for each in _chances(picture)]
-            found.append(np.asarray(np.stack(seen), np.float32))
-    return found
+    pictures = [view.shown((0, 0, width, height), longest) for longest in SHEET_PX]
+    largest, H_sheet_pixel = pictures[-1]
+    size = (largest.shape[1], largest.shape[0])
+    looks = [[cv2.resize(each, size) for each in parse(picture)] for picture, _ in pictures]
+    return np.asarray(np.mean(looks, axis=0), np.float32), H_sheet_pixel
 
 
-def _ink(view: View, shape: tuple[int, ...]) -> Mask:
-    """Return where (H, W) = ``shape[1:]`` a view is drawn upon."""
-    level = ink_level(view.levels)
-    levels = cv2.resize(view.levels, shape[:0:-1], interpolation=cv2.INTER_AREA)
-    return np.asarray(levels > (np.inf if level is None else _INK_SHARE * level))
+def first_cells(seen: SeenBuilding) -> NDArray[np.int8]:
+    """Return the cells (H, W) that the first look alone would give of the same building."""
+    built = _grown(seen.cells != UNKNOWN, _WING_SHARE)
+    return _alone(_cells(seen.first_chances, seen.first_chances, built))
 
 
-def _drawn(picture: Pixels) -> Mask:
-    """Return where (H, W) a picture (H, W, 3) is drawn upon."""
-    levels = contrast(picture)
-    level = ink_level(levels)
-    return np.asarray(levels > (np.inf if level is None else level))
-
-
-def _surest_look(view: View, box: Box, longest: int) -> Chances:
-    """
-    Return the probabilities of a part of the view at the size at which the network is surest.
-
-    From ``longest`` on, smaller pictures are looked at as long as that makes it surer: walls of
-    two lines may have been taken for two walls, and then looked at too closely.
-    """
-    best = _chances(view.shown(box, longest)[0])
-    while longest * _SMALLER > _LEAST_PX:
-        longest = round(longest * _SMALLER)
-        other = _chances(view.shown(box, longest)[0])
-        if _certainty(other) < _certainty(best) + _SURER:
-            break
-        best = other
-    return best
-
-
-def _certainty(chances: Chances) -> float:
-    """Return the mean probability of the most probable class, over the building."""
-    built = chances[OUTSIDE] < LIKELY
-    return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
+def _moved(chances: Chances, H: Array, size: tuple[int, int]) -> Chances:
+    """Return channels (K, H, W) of another picture of ``size``, its width first."""
+    return np.stack([np.asarray(cv2.warpPerspective(c, H, size), np.float32) for c in chances])
 
 
 def _enlarged(chances: Chances, picture: Pixels) -> Chances:
@@ -242,10 +192,6 @@ def _guided(
     return np.asarray(cv2.blur(slope, side) * guide + cv2.blur(offset, side), np.float32)
 
 
-def _chances(pixels: NDArray[np.uint8]) -> Chances:
-    return parse(pixels)
-
-
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
     longest = max(inside.shape)
@@ -274,12 +220,6 @@ def _longest(chances: Chances, ground: Mask, box: Box) -> int:
     side = max(box[2] - box[0], box[3] - box[1])
     wanted = side * WALL_PX / max(thickness, 1.0)
     return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
-
-
-def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:
-    """Tell whether doors take nearly as much of a building as of the largest one: tables lack."""
-    largest, other = (float(chances[DOOR][labels == k].mean()) for k in (1, label))
-    return other > _DOOR_SHARE * largest
 
 
 def _box(mask: Mask) -> Box:
@@ -363,21 +303,3 @@ def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
     leaks = np.minimum(share, 1.0 - share) > _LEAKS
     leaks[0] = True
     return np.where(leaks[spaces], inside, share[spaces]) > LIKELY
-
-
-def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
-    built, walls = cells != UNKNOWN, cells == OCCUPIED
-    most = fine.max(axis=0)[built]
-    solid = fine[WALL] + fine[WINDOW]
-    earlier = (before[WALL] + before[WINDOW] > LIKELY) & built
-    return Trust(
-        certainty=float(most.mean()),
-        wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,
-        unsure=float((most < _UNSURE).mean()),
-        agreement=min(_covered(walls, earlier), _covered(earlier, walls)),
-    )
-
-
-def _covered(walls: Mask, by: Mask) -> float:
-    """Return the share of walls that others are near to."""
-    return float((grown(by, _NEAR_PX) & walls).sum() / max(walls.sum(), 1))

@@ -1,15 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Walls as the network sees them: from probabilities to cells, and whole sheets."""
-
-from dataclasses import astuple
+"""Buildings as the parser sees them: from probabilities to cells, and whole sheets."""
 
 import cv2
 import numpy as np
 from plan_pictures import WHITE, sheet, storey
 import pytest
 
-from fpnet_core.drawings.pictures.learned import (
+from fpnet_core.drawings.pictures.building import (
     _buildings,
     _by_spaces,
     _cells,
@@ -118,9 +116,6 @@ def test_rooms_are_seen_whatever_the_ink(colours, quarters):
     # True rooms reach to the middle of walls.
     assert (seen.cells[truth > 0] == FREE).mean() > 0.85
     assert (seen.cells[truth == 0] != FREE).mean() > 0.9
-    assert all(
-        0.5 < figure <= 1.0 for figure in astuple(seen.trust) if figure != seen.trust.unsure
-    )
 
 
 def test_a_storey_that_is_not_there_is_said_so():
@@ -151,3 +146,57 @@ def test_the_ground_within_a_frame_of_two_lines_is_no_room(thickness):
     ground = cv2.erode((truth == 0).astype(np.uint8), np.ones((9, 9), np.uint8))
     outside = cv2.warpPerspective(ground, seen.H_cell_pixel, seen.cells.shape[::-1]) > 0
     assert (seen.cells[outside] == FREE).mean() < 0.01
+
+
+def rooms_around(size, is_courtyard):
+    """
+    Rooms of 5 m in a row above a hall; or all around a corridor, with windows to a courtyard.
+
+    Returns the picture (H, W, 3) and the middle of the hall or courtyard (H, W).
+    """
+    (width, height), room, left, wall = size, 100, 80, 6
+    right, low = left + width, left + height
+    picture = np.full((low + 80, right + 80, 3), WHITE, np.uint8)
+    truth = np.zeros(picture.shape[:2], np.uint8)
+    cv2.rectangle(picture, (left, left), (right, low), (0, 0, 0), wall)
+    inset = (room if is_courtyard else 0) + 20
+    truth[left + room + 20 : low - inset, left + inset : right - inset] = 1
+    inner = (left, left + room), (right, low)
+    if is_courtyard:
+        inner = (left + room,) * 2, (right - room, low - room)
+    cv2.rectangle(picture, *inner, (0, 0, 0), wall)
+    (x0, y0), (x1, y1) = inner
+    rows = (left, low - room) if is_courtyard else (left,)
+    for x in range(left, right, room):
+        for y in rows:
+            cv2.line(picture, (x, y), (x, y + room), (0, 0, 0), wall)
+        for y in (y0, y1)[: len(rows)]:
+            if x0 <= x < x1:
+                cv2.rectangle(picture, (x + 40, y - 4), (x + 60, y + 4), (WHITE,) * 3, -1)
+    if is_courtyard:
+        corner, opposite = (x0 + 45, y0 + 45), (x1 - 45, y1 - 45)
+        truth[:] = 0
+        truth[y0 + 60 : y1 - 60, x0 + 60 : x1 - 60] = 1
+        cv2.rectangle(picture, corner, opposite, (0, 0, 0), wall)
+        for x in range(x0 + 80, x1 - 120, 90):
+            for y in (corner[1], opposite[1]):
+                cv2.rectangle(picture, (x, y - 4), (x + 40, y + 4), (WHITE,) * 3, -1)
+                for offset in (-3, 0, 3):
+                    cv2.line(picture, (x, y + offset), (x + 40, y + offset), (0, 0, 0), 1)
+    return picture, truth
+
+
+@pytest.mark.parametrize('is_framed', [False, True])
+@pytest.mark.parametrize(
+    ('size', 'is_courtyard'), [((1000, 800), False), ((1600, 1100), False), ((1300, 1000), True)]
+)
+def test_a_hall_is_as_large_as_its_walls_and_a_courtyard_outside(size, is_courtyard, is_framed):
+    picture, truth = rooms_around(size, is_courtyard)
+    if is_framed:
+        picture, truth = sheet(picture, truth)
+    seen = see_building(view_of(picture), None)
+    space = cv2.warpPerspective(truth, seen.H_cell_pixel, seen.cells.shape[::-1]) > 0
+    share = (seen.cells[space] == FREE).mean()
+    assert share < 0.02 if is_courtyard else share > 0.98
+    rim = np.concatenate([seen.cells[:3].ravel(), seen.cells[-3:].ravel()])
+    assert (rim != FREE).all()

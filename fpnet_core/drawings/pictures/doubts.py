@@ -1,0 +1,339 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether to believe a building that was found; if not, why, where on the drawing, and what to do.
+
+The parser tells how surely each pixel is what it was taken for. What that comes to at a room says
+how probably the room is right, and the rooms together say how probably the building is wrong.
+Both are logistic regressions, fitted by ``fpnet train-doubts``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+import json
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.pictures.building import first_cells
+from fpnet_core.drawings.pictures.found import Found, rooms_of, stride
+from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings
+from fpnet_core.drawings.types import Box, Chances, Doubtful
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.raster.morphology import shrunk
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.windows import EVERY_SIDE
+from fpnet_core.segmentation.agreement import room_agreement
+from fpnet_core.small_networks import standardised
+from fpnet_core.types import OCCUPIED, UNKNOWN, Segmentation
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int32]
+
+DOUBTS_NAME = 'doubts.json'
+
+ROOM_FIGURES = (
+    'size', 'square', 'solid', 'doors', 'floor', 'first_floor', 'outside', 'walled', 'open',
+    'overlooked', 'other', 'log_rooms',
+)  # fmt: skip
+SHEET_FIGURES = (
+    'right', 'least_right', 'doubtful', 'certainty', 'walls', 'unsure', 'agreement', 'lost',
+    *FEATURES,
+)  # fmt: skip
+
+# Chosen, not measured:
+_INNER_CELLS = 2  # so far from its walls a room's inside begins
+_UNSURE = 0.8  # less probable classes are not sure
+_DOUBTFUL = 0.5  # a room that is right with less
+_MOST_MARKED = 12  # places; more are no help
+_SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
+_LEAST = 0.02  # numerical: of a share, so that its log odds are finite
+
+_PLACES = {'': 'in the middle', 'upper': 'at the top', 'lower': 'at the bottom'}
+
+_CAUSES = {
+    'open': (
+        'open to the outside: a wall has a wide gap or was not seen',
+        'draw that wall in an image editor',
+    ),
+    'unsure': (
+        'not sure to be floor, or their walls not to be walls',
+        'give a drawing without furniture, stairs and arrows',
+    ),
+    'rival': ('cut otherwise at a first look', 'see which is right'),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Of ``rooms (R, D)``, in the order of ``ROOM_FIGURES``, and of the ``whole (F,)``."""
+
+    rooms: Array
+    whole: Array
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """
+    What is thought of a building that was found.
+
+    ``wrong`` is the probability that it is; ``reasons`` are sentences, none where it is believed,
+    and ``places`` where they lie on the drawing.
+    """
+
+    wrong: float
+    reasons: tuple[str, ...] = ()
+    places: tuple[Doubtful, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """A logistic regression: ``mean``, ``spread`` and ``weight (D,)`` and ``bias``."""
+
+    mean: Array
+    spread: Array
+    weight: Array
+    bias: float
+
+    def __call__(self, figures: Array) -> Array:
+        """Return the probability (N,) of ``figures (N, D)``."""
+        return np.asarray(
+            expit(standardised(figures, self.mean, self.spread) @ self.weight + self.bias)
+        )
+
+    @classmethod
+    def of(cls, stored: dict[str, Any], names: Sequence[str]) -> Regression:
+        """Return what a file holds; WeightsError if it was fitted to other figures."""
+        if stored['figures'] != list(names):
+            raise WeightsError(
+                f'{DOUBTS_NAME}: other figures; fit it again with fpnet train-doubts'
+            )
+        mean, spread, weight = (np.array(stored[key]) for key in ('mean', 'spread', 'weight'))
+        return cls(mean, spread, weight, float(stored['bias']))
+
+
+@dataclass(frozen=True, eq=False)
+class DoubtModel:
+    """What tells right rooms and wrong buildings, and from which probability on one is doubted."""
+
+    right_room: Regression
+    wrong_sheet: Regression
+    doubted_from: float
+
+    def right_rooms(self, evidence: Evidence) -> Array:
+        """Return how probably (R,) each room is right."""
+        return self.right_room(evidence.rooms)
+
+    def wrong(self, evidence: Evidence) -> float:
+        """Return how probably a building is wrong."""
+        figures = sheet_figures(evidence, self.right_rooms(evidence))
+        return float(self.wrong_sheet(figures[None])[0])
+
+
+@cache
+def packaged_doubt_model() -> DoubtModel:
+    """Return the packaged model, read once."""
+    file = resources.files('fpnet_core.weights') / DOUBTS_NAME
+    return model_of(json.loads(file.read_text(encoding='utf-8')))
+
+
+def model_of(stored: dict[str, Any]) -> DoubtModel:
+    """Return the model of a file; WeightsError if it was fitted to other figures."""
+    return DoubtModel(
+        Regression.of(stored['rooms'], ROOM_FIGURES),
+        Regression.of(stored['sheets'], SHEET_FIGURES),
+        float(stored['doubted_from']),
+    )
+
+
+def evidence_of(found: Found, config: SegmentationConfig) -> Evidence:
+    """Return what speaks for and against a building that the parser saw, with rooms."""
+    rooms, seen = found.segmentation, found.seen
+    assert seen is not None, 'a map is what it shows'
+    first = rooms_of(first_cells(seen), config, found.known_factor)
+    chances, before = (_at_cells(each, found) for each in (seen.chances, seen.first_chances))
+    columns = {
+        **_shapes(rooms),
+        **_surfaces(rooms, chances, before),
+        **_edges(rooms, chances),
+        'other': best_overlap(rooms.labels, first.labels, len(rooms.rooms)),
+        'log_rooms': np.full(len(rooms.rooms), np.log(len(rooms.rooms))),
+    }
+    built = rooms.grid.cells != UNKNOWN
+    most = chances.max(axis=0)[built]
+    walls = rooms.grid.cells == OCCUPIED
+    inside = 1.0 - chances[OUTSIDE]
+    whole = [
+        float(most.mean()),
+        float((chances[WALL] + chances[WINDOW])[walls].mean()) if walls.any() else 0.0,
+        float((most < _UNSURE).mean()),
+        room_agreement(first.labels, rooms.labels).f1,
+        float(inside[~built].sum() / max(int(built.sum()), 1)),
+        *features(rooms).tolist(),
+    ]
+    return Evidence(np.column_stack([columns[name] for name in ROOM_FIGURES]), np.array(whole))
+
+
+def sheet_figures(evidence: Evidence, right: Array) -> Array:
+    """Return the figures (F,) of a building whose rooms are ``right (R,)`` with so much."""
+    held = np.clip(right, _LEAST, 1.0 - _LEAST)
+    odds = np.log(held / (1.0 - held))
+    of_rooms = [odds.mean(), np.quantile(odds, 0.1), np.mean(right < _DOUBTFUL)]
+    return np.array([*of_rooms, *evidence.whole])
+
+
+def doubts_of(found: Found, config: SegmentationConfig) -> Doubts:
+    """Return whether to believe a building that was found."""
+    rooms = found.segmentation
+    if not rooms.rooms:
+        return Doubts(1.0, (f'No room was found: {rooms.reason or "nothing is enclosed"}.',))
+    absurd = findings(rooms)
+    if found.seen is None:
+        return Doubts(0.0, tuple(absurd))
+    model, evidence = packaged_doubt_model(), evidence_of(found, config)
+    wrong = model.wrong(evidence)
+    if wrong <= model.doubted_from:
+        return Doubts(wrong, tuple(absurd))
+    places = tuple(_places(found, evidence, model.right_rooms(evidence)))
+    reasons = (*absurd, *_said(places, found))
+    nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
+    return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
+
+
+def _at_cells(chances: Chances, found: Found) -> Chances:
+    """Return the probabilities (K, H, W) at the cells of the rooms, row 0 lowest."""
+    step = stride(found.cells)
+    rows, cols = found.segmentation.grid.shape
+    padded = np.zeros((len(chances), rows * step, cols * step), np.float32)
+    padded[OUTSIDE] = 1.0
+    padded[:, : chances.shape[1], : chances.shape[2]] = chances
+    if step > 1:
+        padded = np.stack(
+            [cv2.resize(c, (cols, rows), interpolation=cv2.INTER_AREA) for c in padded]
+        )
+    return np.ascontiguousarray(padded[:, ::-1])
+
+
+def _shapes(rooms: Segmentation) -> dict[str, Array]:
+    area = np.array([room.area_m2 for room in rooms.rooms])
+    square, solid = np.zeros(len(area)), np.zeros(len(area))
+    for number, room in enumerate(rooms.rooms):
+        ring = room.polygon.astype(np.float32)
+        _, (long, short), _ = cv2.minAreaRect(ring)
+        square[number] = area[number] / max(long * short, 1e-6)
+        solid[number] = area[number] / max(cv2.contourArea(cv2.convexHull(ring)), 1e-6)
+    doors = np.zeros(len(area))
+    for portal in rooms.portals:
+        for joined in portal.rooms:
+            if joined is not None and joined < len(area):
+                doors[joined] += 1.0
+    return {
+        'size': np.log(area / np.median(area)),
+        'square': square,
+        'solid': solid,
+        'doors': np.log1p(doors),
+    }
+
+
+def _surfaces(rooms: Segmentation, chances: Chances, before: Chances) -> dict[str, Array]:
+    """Return what the parser sees within rooms."""
+    labels, count = rooms.labels, len(rooms.rooms)
+    inner = labels * shrunk(labels > 0, _INNER_CELLS)
+
+    def mean(values: NDArray[np.float32], at: Labels) -> Array:
+        size = np.bincount(at.ravel(), minlength=count + 1)[1 : count + 1]
+        total = np.bincount(at.ravel(), values.ravel(), count + 1)[1 : count + 1]
+        return np.asarray(total / np.maximum(size, 1))
+
+    return {
+        'floor': mean(chances[FLOOR] + chances[DOOR], labels),
+        'first_floor': mean(before[FLOOR] + before[DOOR], labels),
+        'outside': mean(chances[OUTSIDE], labels),
+        'overlooked': mean(chances[WALL], inner),
+    }
+
+
+def _edges(rooms: Segmentation, chances: Chances) -> dict[str, Array]:
+    """Return what rooms end at: how surely at walls, and how far at nothing."""
+    cells, labels, count = rooms.grid.cells, rooms.labels, len(rooms.rooms)
+    solid = chances[WALL] + chances[WINDOW]
+    ends, walled, bare = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1)
+    for here, there in EVERY_SIDE:
+        room = labels[here]
+        edge = (room > 0) & (labels[there] != room)
+        at = room[edge]
+        is_wall = cells[there][edge] == OCCUPIED
+        ends += np.bincount(at[is_wall], minlength=count + 1)
+        walled += np.bincount(at[is_wall], solid[there][edge][is_wall], count + 1)
+        bare += np.bincount(at, cells[there][edge] == UNKNOWN, count + 1)
+    all_ends = np.maximum(ends + bare, 1.0)
+    return {'walled': walled[1:] / np.maximum(ends[1:], 1.0), 'open': (bare / all_ends)[1:]}
+
+
+def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
+    """Return each of ``count`` rooms' best intersection over union with a room of ``others``."""
+    width = int(others.max(initial=0)) + 1
+    pairs = labels.ravel().astype(np.int64) * width + others.ravel()
+    both = np.bincount(pairs, minlength=(count + 1) * width).reshape(-1, width)
+    if width < 2:
+        return np.zeros(count)
+    shares = both / np.maximum(both.sum(axis=1, keepdims=True) + both.sum(axis=0) - both, 1)
+    return np.asarray(shares[1 : count + 1, 1:].max(axis=1))
+
+
+def _places(found: Found, evidence: Evidence, right: Array) -> Iterator[Doubtful]:
+    """Yield the doubtful rooms on the drawing, the surest to be wrong first."""
+    for number in np.argsort(right):
+        if right[number] < _DOUBTFUL:
+            figures = dict(zip(ROOM_FIGURES, evidence.rooms[number].tolist(), strict=True))
+            strength = {
+                'open': figures['open'],
+                'unsure': 2.0 - figures['floor'] - figures['walled'],
+                'rival': 1.0 - figures['other'],
+            }
+            cause = max(strength, key=lambda name: strength[name])
+            yield Doubtful(cause, _box(found, found.segmentation.rooms[number].polygon))
+
+
+def _box(found: Found, xy: Array) -> Box:
+    """Return the box in the drawing's pixels around places (N, 2) of the plan."""
+    low, high = xy.min(axis=0), xy.max(axis=0)
+    corners = np.array([low, [low[0], high[1]], high, [high[0], low[1]]])
+    pixels = map_points(np.asarray(np.linalg.inv(found.H_plan_pixel), np.float64), corners)
+    first, last = np.floor(pixels.min(axis=0)), np.ceil(pixels.max(axis=0))
+    return int(first[0]), int(first[1]), int(last[0]), int(last[1])
+
+
+def _said(places: Sequence[Doubtful], found: Found) -> Iterator[str]:
+    """Yield a sentence for each cause: how many, where, why and what to do."""
+    whole = _box(found, np.concatenate([room.polygon for room in found.segmentation.rooms]))
+    for name, (why, remedy) in _CAUSES.items():
+        boxes = [place.box for place in places if place.what == name]
+        if boxes:
+            many = f'{len(boxes)} rooms are' if len(boxes) > 1 else 'A room is'
+            yield f'{many} {why} ({" and ".join(_where(boxes, whole))}): {remedy}.'
+
+
+def _where(boxes: Sequence[Box], whole: Box) -> list[str]:
+    """Return in which parts of the building boxes lie, at most two, the commonest first."""
+    named: dict[str, int] = {}
+    left, top, right, bottom = whole
+    for box in boxes:
+        x = ((box[0] + box[2]) / 2.0 - left) / max(right - left, 1)
+        y = ((box[1] + box[3]) / 2.0 - top) / max(bottom - top, 1)
+        words = [
+            *(['upper'] if y < _SIDE else ['lower'] if y > 1.0 - _SIDE else []),
+            *(['left'] if x < _SIDE else ['right'] if x > 1.0 - _SIDE else []),
+        ]
+        name = _PLACES.get(' '.join(words), f'at the {" ".join(words)}')
+        named[name] = named.get(name, 0) + 1
+    return sorted(named, key=lambda name: -named[name])[:2]
