@@ -243,9 +243,8 @@ def _compared(truth: TrueDrawing, found: Segmentation, H_plan_file: Array) -> Ro
     low, high = places.min(axis=0), places.max(axis=0)
     cell = float((high - low).max()) / _CELLS
     columns, rows = np.ceil((high - low) / cell).astype(int) + 1
-    grid = GridMap(
-        np.full((rows, columns), UNKNOWN, np.int8), cell, SE2.from_xy_yaw(*low, 0.0), 'file'
-    )
+    corner = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
+    grid = GridMap(np.full((rows, columns), UNKNOWN, np.int8), cell, corner, 'file')
     true = np.zeros(grid.shape, np.int32)
     for number, ring in enumerate(truth.rooms, 1):
         fill_polygons(true, [(ring - low) / cell], number)
