@@ -17,14 +17,17 @@ from fpnet_lab.cli.reports import show, write_report
 from fpnet_lab.scores import Column, Table, columns, named
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
-    from fpnet_lab.evaluation.drawings import Reader, RoomComparison, SheetResult
+    from fpnet_lab.evaluation.drawings import RoomComparison, SheetResult
     from fpnet_lab.sim.sheets import Sheet, SheetKind
 
 _Half = Literal['tune', 'report']
+_REAL = 'real'
+"""Given: what ``--set`` names the real drawings by, beside settings of the configuration."""
+
 _Format = Literal['picture', 'pdf', 'svg', 'dxf']
 
 
@@ -49,8 +52,13 @@ def command(
     ] = 'picture',
     data: Annotated[
         Path | None,
-        typer.Option('--data', metavar='DIR', help='Also real plans in grey; holds bormann.'),
+        typer.Option(
+            '--data', metavar='DIR', help='Holds bormann, read in grey; or the real drawings.'
+        ),
     ] = None,
+    truth: Annotated[
+        Path, typer.Option('--truth', metavar='DIR', help='What is true of the real drawings.')
+    ] = Path('benchmarks/real_drawings'),
     plot: Annotated[
         Path | None,
         typer.Option('--plot', metavar='DIR', help='Pictures of all sheets that were not right.'),
@@ -65,14 +73,28 @@ def command(
     Percentages on screen, fractions in the JSON. With --data the hand-labelled real plans are
     read as well, their walls in five grey levels and white on black.
 
+    --set real reads drawings from public repositories instead: those to develop on with --half
+    tune, else also those that were held back. It names the ones that are not here.
+
     Example: fpnet bench drawings --json out/drawings.json --data ../shared/data
 
     Example: fpnet bench drawings --half tune --count 50 --kinds office,scan --plot out/wrong
+
+    Example: fpnet bench drawings --set real --half tune --plot out/real --json out/real.json
     """
-    tree = common.load(config, settings)
+    said = settings or []
+    tree = common.load(config, [each for each in said if each != _REAL])
+    if _REAL in said:
+        from fpnet_lab.cli.bench_real_drawings import bench_real, show_real
+
+        folders = [common.check_input(each) for each in (truth, data) if each is not None]
+        report = bench_real(_reader(tree), tree.segmentation, folders, half, plot)
+        show_real(report, json_path)
+        write_report(json_path, report)
+        return
     wanted = _kinds(kinds)
     results = _read_sheets(wanted, count, half, file_format, plot, tree)
-    report: dict[str, Any] = {'half': half, 'format': file_format, **_figures(wanted, results)}
+    report = {'half': half, 'format': file_format, **_figures(wanted, results)}
     if data is not None:
         report['bormann'] = _read_real(common.check_input(data), half, tree)
     _print(report, json_path)
@@ -90,12 +112,12 @@ def _kinds(names: str | None) -> list[SheetKind]:
     return [SheetKind(name) for name in wanted]
 
 
-def _reader(tree: FpnetConfig) -> Reader:
+def _reader(tree: FpnetConfig) -> Callable[..., Reading]:
     from fpnet_core.drawings.read import read_plan
     from fpnet_core.drawings.types import ReadOptions
 
-    def read(path: Path) -> Reading:
-        return read_plan(path, ReadOptions(), tree)
+    def read(path: Path, options: ReadOptions | None = None) -> Reading:
+        return read_plan(path, options or ReadOptions(), tree)
 
     return read
 
