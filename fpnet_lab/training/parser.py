@@ -50,7 +50,7 @@ STATE_FILE = 'last.safetensors'
 _MIDDLE, _SPREAD = 0.75, 0.25  # given: as fpnet_core.drawings.parsing.network has them
 _SETTLING = 10.0  # steps after which the running mean forgets slowly; chosen
 _KEPT_CONTEXT = 0.9  # of second looks know what the first one saw; chosen
-_OVERLAY_WEIGHT, _SCALE_WEIGHT = 0.5, 0.15  # of the losses beside that of the classes; chosen
+_OVERLAY_WEIGHT, _SCALE_WEIGHT = 0.25, 0.08  # of the losses beside that of the classes; chosen
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,13 @@ class ParserTraining:
     side_px: int = 448
     workers: int = 1
     minutes: float = 0.0
-    learning_rate: float = 2e-3
+    learning_rate: float = 1e-3
     weight_decay: float = 1e-3
     warmup: float = 0.03
     """Share of the steps."""
     class_weights: tuple[float, ...] = (0.8, 1.0, 2.5, 4.0, 3.0)
     """Walls, doors and windows are few pixels that decide much."""
-    averaged: float = 0.998
+    averaged: float = 0.997
     """Of the running mean of weights that is kept is kept by each step."""
     save_every: int = 250
     seed: int = 0

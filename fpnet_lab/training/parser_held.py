@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.parsing.network import parse
 from fpnet_core.drawings.pictures.building import BUILDING_PX, SHEET_PX, WALL_PX
+from fpnet_core.drawings.types import Chances
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.parser_samples import Sample, sheet_sample
@@ -29,7 +30,7 @@ def held_figures(network: Any, count: int) -> dict[str, dict[str, float]]:
     Return the intersection over union of each class, by kind of sheet and ``all``.
 
     ``network`` is of :func:`fpnet_core.drawings.parsing.network.network_from`; ``count`` sheets of
-    each kind are looked at twice: as a whole, and as finely as their walls need.
+    each kind are looked at as a drawing is: as a whole, and as finely as their walls need.
     """
     size = len(CLASSES)
     tables: dict[str, NDArray[np.int64]] = defaultdict(lambda: np.zeros((size, size), np.int64))
@@ -42,18 +43,23 @@ def held_figures(network: Any, count: int) -> dict[str, dict[str, float]]:
 
 
 def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
-    """Return how often a true class (rows) is taken for one (columns), in the second look."""
+    """Return how often a true class (rows) is taken for one (columns), in the last look."""
     longest = max(sample.classes.shape)
-    first, _ = _sized(sample, SHEET_PX / longest)
-    earlier = parse(first, network=network)
     wanted = sample.building_px * WALL_PX / max(sample.wall_px, 1.0)
-    pixels, true = _sized(sample, float(np.clip(wanted, *BUILDING_PX)) / sample.building_px)
-    size = (pixels.shape[1], pixels.shape[0])
-    known = [*earlier, np.ones(earlier.shape[1:], np.float32)]
-    context = np.stack([np.asarray(cv2.resize(each, size), np.float32) for each in known])
-    found = parse(pixels, context, network).argmax(axis=0)
-    pairs = len(CLASSES) * true.ravel().astype(np.int64) + found.ravel()
+    last = float(np.clip(wanted, *BUILDING_PX)) / sample.building_px
+    seen: Chances | None = None
+    for factor in (*(px / longest for px in SHEET_PX), last):
+        pixels, true = _sized(sample, factor)
+        seen = parse(pixels, None if seen is None else _known(seen, true.shape), network)
+    assert seen is not None
+    pairs = len(CLASSES) * true.ravel().astype(np.int64) + seen.argmax(axis=0).ravel()
     return np.bincount(pairs, minlength=len(CLASSES) ** 2).reshape(2 * [len(CLASSES)])
+
+
+def _known(seen: Chances, shape: tuple[int, ...]) -> Chances:
+    """Return an earlier look (CONTEXT, H, W) as a picture of ``shape`` has it."""
+    known = [*seen, np.ones(seen.shape[1:], np.float32)]
+    return np.stack([np.asarray(cv2.resize(c, shape[::-1]), np.float32) for c in known])
 
 
 def _sized(sample: Sample, factor: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
