@@ -159,7 +159,7 @@ def evidence_of(found: Found, config: SegmentationConfig) -> Evidence:
     """Return what speaks for and against a building that the parser saw, with rooms."""
     rooms, seen = found.segmentation, found.seen
     assert seen is not None, 'a map is what it shows'
-    first = rooms_of(first_cells(seen), config, found.known_factor)
+    first, _ = rooms_of(first_cells(seen), config, found.known_factor)
     chances, before = (_at_cells(each, found) for each in (seen.chances, seen.first_chances))
     columns = {
         **_shapes(rooms),

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from fpnet_core.drawings.types import Array, Box, Drawing, ReadOptions
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.pixels import cut_from, map_points, pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation.moved import rescaled_rooms
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
@@ -36,7 +37,8 @@ class Found:
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``said`` is what is
-    said of the scale, at which rooms are cut then. ``seen`` is what the parser saw, None of a
+    said of the scale, at which rooms are cut then, ``known_factor`` how many true metres a nominal
+    one is by that; None if unsaid or said by a slip. ``seen`` is what the parser saw, None of a
     robot's map; ``storeys`` are in the drawing's pixels.
     """
 
@@ -44,6 +46,7 @@ class Found:
     H_cell_pixel: Array
     segmentation: Segmentation
     said: SaidScale
+    known_factor: float | None = None
     seen: SeenBuilding | None = None
     storeys: tuple[Box, ...] = ()
     is_straightened: bool = False
@@ -59,12 +62,13 @@ class Found:
         to_plan = pixel_to_xy(self.segmentation.grid).matrix
         return np.asarray(to_plan @ shrinking(1.0 / stride(self.cells)) @ self.H_cell_pixel)
 
-    @cached_property
-    def known_factor(self) -> float | None:
-        """True metres of one of the segmentation's; None if unsaid or said by a slip."""
-        cell_m = self.said.cell_m(self.H_cell_pixel, self.cells.shape)
-        factor = None if cell_m is None else cell_m / NOMINAL_M
-        return None if factor is None or _is_slip(self.segmentation, factor) else factor
+    def cut_at(self, grid: GridMap) -> Segmentation | None:
+        """Return its rooms on a grid of its cells, None where they are not cut at its scale."""
+        factor, metres = self.known_factor, grid.resolution / NOMINAL_M
+        if stride(self.cells) > 1 or factor is None or not math.isclose(factor, metres):
+            return None
+        rooms = rescaled_rooms(self.segmentation, metres)
+        return replace(rooms, grid=replace(grid, cells=rooms.grid.cells))
 
 
 def find_building(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -80,7 +84,8 @@ def find_building(drawing: Drawing, options: ReadOptions, config: SegmentationCo
     part, H_part_pixel = _part(drawing.pixels, options.crop)
     cells = None if options.storey else map_cells(part, NOMINAL_M)
     if cells is not None:
-        return Found(cells, H_part_pixel, _rooms(cells, H_part_pixel, said, config), said)
+        rooms, factor = _rooms(cells, H_part_pixel, said, config)
+        return Found(cells, H_part_pixel, rooms, said, factor)
     part, H_part_pixel = on_paper(part, H_part_pixel)
     view = view_of(part)
     seen = see_building(view, options.storey)
@@ -92,8 +97,8 @@ def find_building(drawing: Drawing, options: ReadOptions, config: SegmentationCo
     H = seen.H_cell_pixel @ H_part_pixel
     to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel @ H_part_pixel), np.float64)
     storeys = tuple(_boxed(to_pixel, box) for box in seen.boxes)
-    rooms = _rooms(seen.cells, H, said, config)
-    return Found(seen.cells, H, rooms, said, seen, storeys, view.is_straightened)
+    rooms, factor = _rooms(seen.cells, H, said, config)
+    return Found(seen.cells, H, rooms, said, factor, seen, storeys, view.is_straightened)
 
 
 def _part(pixels: NDArray[np.uint8], crop: Box | None) -> tuple[NDArray[np.uint8], Array]:
@@ -104,19 +109,19 @@ def _part(pixels: NDArray[np.uint8], crop: Box | None) -> tuple[NDArray[np.uint8
 
 def _rooms(
     cells: NDArray[np.int8], H_cell_pixel: Array, said: SaidScale, config: SegmentationConfig
-) -> Segmentation:
+) -> tuple[Segmentation, float | None]:
     cell_m = said.cell_m(H_cell_pixel, cells.shape)
     return rooms_of(cells, config, cell_m and cell_m / NOMINAL_M)
 
 
 def rooms_of(
     cells: NDArray[np.int8], config: SegmentationConfig, known_factor: float | None = None
-) -> Segmentation:
+) -> tuple[Segmentation, float | None]:
     """
     Return the rooms of cells (H, W) of :data:`NOMINAL_M`, seen as coarsely as does.
 
     ``known_factor`` is how many true metres are a nominal one; it is estimated where it is not
-    known, or known by a slip of the pen.
+    known, or known by a slip of the pen. The second is None then.
     """
     step = stride(cells)
     rows, cols = (-(-side // step) for side in cells.shape)
@@ -129,8 +134,8 @@ def rooms_of(
     if known_factor is not None:
         segmentation = segment_at(grid, config, known_factor)
         if not _is_slip(segmentation, known_factor):
-            return segmentation
-    return segment_unknown_scale(grid, config, _ROUNDS)[0]
+            return segmentation, known_factor
+    return segment_unknown_scale(grid, config, _ROUNDS)[0], None
 
 
 def _is_slip(segmentation: Segmentation, factor: float) -> bool:

@@ -58,8 +58,8 @@ def found(known, seen=None, first=None):
     ).astype(np.int8)
     looks = [chances(known) if each is None else each for each in (seen, first)]
     building = SeenBuilding(cells, *looks, np.eye(3), ((0, 0, 340, 240),), 0)
-    rooms = rooms_of(cells, CONFIG)
-    return Found(cells, np.eye(3), rooms, SaidScale(), building)
+    rooms, _ = rooms_of(cells, CONFIG)
+    return Found(cells, np.eye(3), rooms, SaidScale(), seen=building)
 
 
 def figure(building, name, x, y):
