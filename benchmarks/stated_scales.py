@@ -24,8 +24,9 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.judging import Judge
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.maps import cut_plan, cut_robot_map, scaled_pair
-from fpnet_core.localizer.sides import StageTimer, rescaled
+from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import submap_from_grid
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.robots.robot_pairs import (

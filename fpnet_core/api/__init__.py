@@ -31,11 +31,11 @@ from fpnet_core.io.maps import read_map, states_scale
 from fpnet_core.io.recordings import is_recording
 from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import create_finder, match_maps
-from fpnet_core.localizer.maps import MapMatchStatus, cut_plan, cut_robot_map, match_storeys
+from fpnet_core.localizer.maps import MapMatchStatus, cut_of, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.plan_check import check_plan as _check_plan
-from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
+from fpnet_core.segmentation import segment_submap, segment_unknown_scale
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_files import read_site as _read_site
 from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
@@ -162,7 +162,7 @@ def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None
         is_seen = is_recording(Path(subject)) or Path(subject).suffix.lower() in CLOUD_SUFFIXES
         subject = read_robot_map(subject, config) if is_seen else read_plan(subject, config=config)
     if isinstance(subject, Reading):
-        return shown_as(Rooms, segment_floorplan(subject.grid, config.segmentation))
+        return shown_as(Rooms, subject.segmented(config.segmentation))
     if subject.is_metric:
         return shown_as(Rooms, segment_submap(subject.submap))
     found, _ = segment_unknown_scale(subject.submap, config.segmentation)
@@ -196,12 +196,7 @@ def match_site(
     """
     config = config or FpnetConfig()
     seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
-    plans = {
-        storey.name: cut_plan(
-            storey.plan.grid, config, storey.plan.scale.is_known, storey.plan.estimate
-        )
-        for storey in site.storeys
-    }
+    plans = {storey.name: cut_of(storey.plan, config) for storey in site.storeys}
     sub = cut_robot_map(seen.submap, config, seen.is_metric)
     found = match_storeys(plans, sub, create_finder(config), StageTimer())
     return {name: shown_as(Match, each) for name, each in found.items()}
@@ -257,15 +252,8 @@ def match(
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
     seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
-    found = match_maps(
-        reading.grid,
-        seen.submap,
-        LearnedMatcher(config.matcher),
-        config,
-        reading.scale.is_known,
-        seen.is_metric,
-        reading.estimate,
-    )
+    matcher = LearnedMatcher(config.matcher)
+    found = match_maps(reading, seen.submap, matcher, config, sub_is_metric=seen.is_metric)
     return shown_as(Match, found)
 
 

@@ -14,7 +14,6 @@ from fpnet_core.errors import ConfigError, MapFormatError
 
 if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
-    from fpnet_core.types import Segmentation
 
 _OutOption = Annotated[
     Path,
@@ -67,7 +66,6 @@ def command(
     from fpnet_core.drawings.wording import said_of
     from fpnet_core.judging.asked import Asked
     from fpnet_core.plan_check.verdict import Fitness
-    from fpnet_core.segmentation import segment_floorplan
     from fpnet_core.viz.reading import save_reading
 
     picture = _checked(out, drawing)
@@ -75,20 +73,20 @@ def command(
     asked = Asked(('fpnet', 'plan'), str(drawing), (*said.pairs(), ('--out', str(out))))
     with verdicts.refusal_as_json(asked, json_path):
         reading = verdicts.accepting(said.read(drawing, tree), accept)
-    segmentation = segment_floorplan(reading.grid, tree.segmentation)
-    verdict = verdicts.verdict_on(reading, segmentation, tree, asked, str(picture))
+    verdict = verdicts.verdict_on(reading, tree, asked, str(picture))
+    segmentation = reading.segmentation
     figures: dict[str, Any] = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
     figures |= {'verdict': verdict.as_json()}
     common.write_json(json_path, as_json(reading) | figures)
     if verdict.fitness is Fitness.NO_FLOORPLAN and not verdict.is_usable:
         raise MapFormatError(verdict.said_of_file(drawing.name))
     record = write_plan(reading, out)
-    lines = [*said_of(reading, segmentation), *verdict.lines()]
-    save_reading(reading, segmentation, picture, verdict)
+    lines = [*said_of(reading), *verdict.lines()]
+    save_reading(reading, picture, verdict)
     for line in lines:
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
-    _export(reading, segmentation, exports, json_path)
+    _export(reading, exports, json_path)
     if not verdict.is_usable:
         raise typer.Exit(1)
 
@@ -106,16 +104,14 @@ def _checked_exports(exports: list[Path], drawing: Path) -> list[Path]:
     return exports
 
 
-def _export(
-    reading: Reading, segmentation: Segmentation, exports: list[Path], json_path: Path | None
-) -> None:
+def _export(reading: Reading, exports: list[Path], json_path: Path | None) -> None:
     """Write the reading's model to each file."""
     if not exports:
         return
     from fpnet_core.drawings.exports.writing import write_model
     from fpnet_core.drawings.segmented_model import complete_model
 
-    model = complete_model(reading, segmentation)
+    model = complete_model(reading)
     for path in exports:
         write_model(model, path, Path(reading.drawing.name).stem)
         counts = f'{len(model.rooms)} rooms and {len(model.doors)} doors'

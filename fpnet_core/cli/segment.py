@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.plan_check.verdict import PlanVerdict
     from fpnet_core.segmentation import ScaleEstimate
-    from fpnet_core.types import GridMap, Segmentation, Submap
+    from fpnet_core.types import Segmentation, Submap
 
 
 @common.reads_drawing
@@ -56,13 +56,13 @@ def command(
     tree = common.load(config, settings)
     common.check_input(source)
     reading = None
-    subject: GridMap | Submap
+    subject: Reading | Submap
     if as_submap and _is_drawing(source):
         said.refuse(f'is for drawings, and {source} is taken for a robot map', '--resolution')
         subject, scale_is_known = _read_robot_map(source, said.resolution)
     elif _is_drawing(source):
-        reading, scale_is_known = said.read(source, tree), True
-        subject = reading.grid
+        subject = reading = said.read(source, tree)
+        scale_is_known = True
         common.say_reading(reading, json_path)
     else:
         said.refuse(f'is for drawings, which {source} is not', '--storey')
@@ -72,7 +72,7 @@ def command(
     report = _report(segmentation, scale, elapsed_ms, reading)
     if reading is not None:
         asked = said.asked(('fpnet', 'segment'), source)
-        verdict = verdicts.verdict_on(reading, segmentation, tree, asked)
+        verdict = verdicts.verdict_on(reading, tree, asked)
         _say_scale_doubts(reading, verdict, json_path)
         report['verdict'] = verdict.as_json()
     common.write_json(json_path, report)
@@ -123,27 +123,25 @@ def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
 
 
 def _segment(
-    subject: GridMap | Submap, tree: FpnetConfig, scale_is_known: bool
+    subject: Reading | Submap, tree: FpnetConfig, scale_is_known: bool
 ) -> tuple[Segmentation, ScaleEstimate, float]:
     """Return rooms and doors, true metres of one of theirs, and how long it took [ms]."""
     from fpnet_core.segmentation import (
         estimate_metres_per_unit,
-        segment_floorplan,
         segment_submap,
         segment_unknown_scale,
     )
     from fpnet_core.types import Submap
 
     started = time.perf_counter()
-    if not scale_is_known:
-        segmentation, scale = segment_unknown_scale(subject, tree.segmentation)
+    if not isinstance(subject, Submap):
+        segmentation = subject.segmentation
+        scale = estimate_metres_per_unit(segmentation)
+    elif scale_is_known:
+        segmentation = segment_submap(subject)
+        scale = estimate_metres_per_unit(segmentation, is_partial=True)
     else:
-        is_partial = isinstance(subject, Submap)
-        if isinstance(subject, Submap):
-            segmentation = segment_submap(subject)
-        else:
-            segmentation = segment_floorplan(subject, tree.segmentation)
-        scale = estimate_metres_per_unit(segmentation, is_partial=is_partial)
+        segmentation, scale = segment_unknown_scale(subject, tree.segmentation)
     return segmentation, scale, 1e3 * (time.perf_counter() - started)
 
 

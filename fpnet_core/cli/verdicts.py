@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.judging.asked import Asked
     from fpnet_core.plan_check.verdict import PlanVerdict
-    from fpnet_core.types import Segmentation
 
 AcceptOption = Annotated[
     str | None,
@@ -43,16 +42,13 @@ def accepting(reading: Reading, reason: str | None) -> Reading:
 
 
 def verdict_on(
-    reading: Reading,
-    segmentation: Segmentation,
-    tree: FpnetConfig,
-    asked: Asked,
-    picture: str = '',
+    reading: Reading, tree: FpnetConfig, asked: Asked, picture: str = ''
 ) -> PlanVerdict:
-    """Return whether a plan with such rooms will serve; ``picture`` shows how it was read."""
+    """Return whether a plan will serve; ``picture`` shows how it was read."""
     from fpnet_core.plan_check.verdict import verdict_of
     from fpnet_core.segmentation import told_scale
 
+    segmentation = reading.segmented(tree.segmentation)
     told = told_scale(reading.grid, segmentation, tree.segmentation)
     return verdict_of(reading, segmentation, asked, told, picture)
 

@@ -185,6 +185,11 @@ class FloorplanModel:
             )
 
     @property
+    def states_rooms(self) -> bool:
+        """Tell whether the file states the storey's rooms, so that none need be found."""
+        return self.is_whole and bool(self.rooms)
+
+    @property
     def points(self) -> Array:
         """Every corner and end in it ``(N, 2)``."""
         rings = [ring for wall in self.walls for ring in wall.rings]

@@ -91,8 +91,13 @@ def _leads_nowhere(doors: Mask, floor: Mask) -> Mask:
 
 def _areas(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> Mask:
     """Tell the cells in any of the areas, each of them rings with holes."""
-    mask = np.zeros(shape, np.uint8)
-    for rings in areas:
+    return painted(areas, cell_m, shape) > 0
+
+
+def painted(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return for each cell the last of the areas that it is in, counted from 1; 0 for none."""
+    numbers = np.zeros(shape, np.int32)
+    for number, rings in enumerate(areas, start=1):
         corners = [_corners(ring, cell_m, shape) for ring in rings]
         low = np.min([each.min(axis=0) for each in corners], axis=0) >> PIXEL_BITS
         high = (np.max([each.max(axis=0) for each in corners], axis=0) >> PIXEL_BITS) + 2
@@ -103,8 +108,8 @@ def _areas(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> Mask:
             offset = np.array([x0, y0], np.int32) << PIXEL_BITS
             moved = [(each - offset).astype(np.int32) for each in corners]
             cv2.fillPoly(part, moved, 1, cv2.LINE_8, PIXEL_BITS)
-            mask[y0:y1, x0:x1] |= part
-    return mask > 0
+            numbers[y0:y1, x0:x1][part > 0] = number
+    return numbers
 
 
 def _drawn(lines: list[Array], cell_m: float, shape: tuple[int, int]) -> Mask:

@@ -63,7 +63,7 @@ def read_plan(
     _check_said(options)
     is_building = path.name.lower().endswith(RMF_SUFFIX)
     if path.suffix.lower() in YAML_SUFFIXES and not is_building:
-        return _as_stated(path, options)
+        return replace(_as_stated(path, options), config=config.segmentation)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 
 
@@ -142,7 +142,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     _check_options(drawing, options)
     stated = model_reading(drawing, options)
     if stated is not None:
-        return stated
+        return replace(stated, config=config)
     options = options_of_copy(options, drawing)
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
@@ -164,6 +164,8 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         trust=found.trust,
         model=placed_model(drawing, grid, H_plan_image),
         absurd=absurd,
+        config=config,
+        cut=found.cut_at(grid),
     )
     return in_image_pixels(reading)
 

@@ -25,16 +25,16 @@ _LEAST_CELLS = 4  # numerical: smaller pieces of wall are left out
 _SOURCE = 'segmentation'
 
 
-def complete_model(reading: Reading, segmentation: Segmentation) -> FloorplanModel:
+def complete_model(reading: Reading) -> FloorplanModel:
     """
     Return a reading's model, with rooms and doors of its segmentation where no file states them.
 
     Places are metres of the reading's map; rooms have the number, name and area that
     are printed in them.
     """
-    stated = reading.model
+    stated, segmentation = reading.model, reading.segmentation
     known = stated.doors if stated is not None else ()
-    if stated is not None and stated.rooms and stated.is_whole:
+    if stated is not None and stated.states_rooms:
         return stated
     rooms = tuple(_rooms(reading, segmentation))
     if stated is not None and stated.is_whole and known:

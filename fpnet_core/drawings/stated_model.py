@@ -12,6 +12,7 @@ from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.drawings.model_raster import model_grid
 from fpnet_core.drawings.plan_files import is_affine
 from fpnet_core.drawings.stated import SaidScale
+from fpnet_core.drawings.stated_rooms import stated_rooms
 from fpnet_core.drawings.types import Array, Drawing, Reading, ReadOptions
 from fpnet_core.types import FREE, GridMap
 
@@ -50,6 +51,7 @@ def model_reading(drawing: Drawing, options: ReadOptions) -> Reading | None:
     return Reading(
         grid, scale, H_plan_image, _how(model, drawing), drawing,
         notes=(*drawing.notes, _counted(model)), doubts=drawing.doubts, model=model,
+        cut=stated_rooms(model, grid) if model.rooms else None,
     )  # fmt: skip
 
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.types import GridMap
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.types import GridMap, Segmentation
 
 if TYPE_CHECKING:
     from fpnet_core.drawings.model import FloorplanModel
@@ -220,6 +222,8 @@ class Reading:
     model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
     accepted : why its user takes it for a floorplan whatever speaks against it; empty if not
     absurd : those doubts that name what no building is like
+    config : how its rooms are cut
+    cut : rooms and doors of ``grid``, as the file states them or it was cut into to be read
     """
 
     grid: GridMap
@@ -236,6 +240,22 @@ class Reading:
     model: FloorplanModel | None = None
     accepted: str = ''
     absurd: tuple[str, ...] = ()
+    config: SegmentationConfig = field(default_factory=SegmentationConfig)
+    cut: Segmentation | None = None
+
+    @cached_property
+    def segmentation(self) -> Segmentation:
+        """Rooms and doors of ``grid``, in its metres; it is cut into them once."""
+        from fpnet_core.segmentation import segment_floorplan  # loads OpenCV
+
+        return self.cut or segment_floorplan(self.grid, self.config)
+
+    def segmented(self, config: SegmentationConfig) -> Segmentation:
+        """Return rooms and doors as a configuration asks for them, which mostly is its own."""
+        is_stated = self.model is not None and self.model.states_rooms
+        if is_stated or config == self.config:
+            return self.segmentation
+        return replace(self, config=config, cut=None).segmentation
 
     @property
     def estimate(self) -> ScaleEstimate | None:
@@ -251,6 +271,8 @@ class Reading:
 
     def flipped(self) -> Reading:
         """Return the reading of a drawing that is a mirror image, flipped."""
+        from fpnet_core.segmentation.moved import mirrored_rooms  # loads OpenCV
+
         pose = self.grid.T_frame_grid.matrix
         width_m = self.grid.shape[1] * self.grid.resolution
         turned = np.array([[-1.0, 0.0, width_m], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -260,7 +282,8 @@ class Reading:
         if model is not None:
             model = replace(model.moved(mirror[:2]), scale=model.scale, H_plan_image=H)
         how = f'{self.how}, flipped'
-        return replace(self, grid=self.grid.mirrored(), H_plan_image=H, how=how, model=model)
+        grid, cut = self.grid.mirrored(), self.cut and mirrored_rooms(self.cut)
+        return replace(self, grid=grid, H_plan_image=H, how=how, model=model, cut=cut)
 
     @property
     def is_readable(self) -> bool:

@@ -7,11 +7,11 @@ from __future__ import annotations
 from fpnet_core.drawings.ocr import NOT_READ, is_unread
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
 from fpnet_core.segmentation.scale import SURE_FACTOR
-from fpnet_core.types import Segmentation
 
 
-def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
+def said_of(reading: Reading) -> list[str]:
     """Return what is to be said of a reading, a line each: how, what, scale and notes."""
+    segmentation = reading.segmentation
     area_m2 = sum(room.area_m2 for room in segmentation.rooms)
     dropped = sorted({each.what for each in reading.dropped})
     return [

@@ -14,7 +14,7 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.errors import FpnetError, LibraryError
 from fpnet_core.io.maps import YAML_SUFFIXES, image_of, map_yamls
 from fpnet_core.library.library import LibraryPlan, Proposal, plan_of
-from fpnet_core.localizer.maps import cut_plan
+from fpnet_core.localizer.maps import cut_of
 from fpnet_core.sites import Site, Storey
 
 
@@ -87,7 +87,7 @@ def read_library_plan(path: Path, config: FpnetConfig) -> LibraryPlan:
         If it cannot be read, or holds no room.
     """
     reading = read_plan(path, config=config)
-    cut = cut_plan(reading.grid, config, reading.scale.is_known, reading.estimate)
+    cut = cut_of(reading, config)
     return plan_of(str(path.resolve()), cut.segmentation, cut.scale)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.library.keypoints import middle_of
-from fpnet_core.localizer.sides import interior_of, rescaled
+from fpnet_core.localizer.sides import interior_of
 from fpnet_core.pose import MapEvidence, agreement, map_evidence
 from fpnet_core.pose.evidence import distance_to, dominant_orientation
 from fpnet_core.pose.refine import ROUGH, Freedom, refine
@@ -27,6 +27,7 @@ from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.blocks import block_any
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import xy_to_rc
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 # Chosen: edge of a cell [m], about that of a thick wall; plans take two kilobytes so.

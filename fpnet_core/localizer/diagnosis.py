@@ -24,9 +24,10 @@ from fpnet_core.localizer.finder import Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan, denied_scale
 from fpnet_core.localizer.maps import MapMatch
 from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
-from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, prepare_submap
+from fpnet_core.localizer.sides import StageTimer, plan_side, prepare_submap
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
+from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_core.trajectory import path_length
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
@@ -69,8 +70,10 @@ def explain_run(
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
         found = replace(found, drift=drift_of(outputs), is_blind=_is_blind(seen[-1]))
-        estimate = None if reading is None else reading.estimate
-        floorplan = Floorplan.prepared(plan, config, estimate)
+        estimate, segmentation = None, None
+        if reading is not None:
+            estimate, segmentation = reading.estimate, reading.segmented(config.segmentation)
+        floorplan = Floorplan.prepared(plan, config, estimate, segmentation=segmentation)
         found = replace(found, denial=floorplan.denial)
         found = _looked_at(found, largest, floorplan, matcher, config)
     return causes_of(_of_reading(found, reading, storey), asked)

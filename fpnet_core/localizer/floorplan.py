@@ -19,13 +19,7 @@ from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.scale import ScaleHistory
-from fpnet_core.localizer.sides import (
-    mirrored_rooms,
-    plan_side,
-    prepare_plan,
-    rescaled,
-    rescaled_rooms,
-)
+from fpnet_core.localizer.sides import plan_side, prepare_plan
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import (
     STATED_SCALE,
@@ -33,8 +27,9 @@ from fpnet_core.segmentation import (
     segment_unknown_scale,
     told_scale,
 )
+from fpnet_core.segmentation.moved import mirrored_rooms, rescaled, rescaled_rooms
 from fpnet_core.spread import PoseSpread
-from fpnet_core.types import GridMap, PlanScale, Status
+from fpnet_core.types import GridMap, PlanScale, Segmentation, Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +63,14 @@ class Floorplan:
         config: FpnetConfig,
         estimate: ScaleEstimate | None = None,
         policy: ScalePolicy | None = None,
+        segmentation: Segmentation | None = None,
     ) -> Floorplan:
         """
         Return a drawing cut into rooms.
 
         ``estimate`` is what is known of the scale where it is unknown; None asks rooms and doors.
         ``policy`` is how far this floorplan's is trusted; None: as configured.
+        ``segmentation`` are its rooms and doors at the scale it has; None: nobody has cut it.
 
         Raises
         ------
@@ -86,9 +83,10 @@ class Floorplan:
         if estimate is None:
             estimate = segment_unknown_scale(grid, config.segmentation)[1]
         factor = estimate.factor
-        working = prepare_plan(rescaled(grid, factor), config)
-        nominal = working
-        if factor != 1.0:
+        if factor == 1.0:
+            nominal = working = prepare_plan(grid, config, segmentation)
+        else:
+            working = prepare_plan(rescaled(grid, factor), config)
             rooms = rescaled_rooms(working.segmentation, 1.0 / factor)
             given = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
             nominal = plan_side(replace(rooms, grid=given))

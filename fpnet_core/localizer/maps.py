@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
 from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
-from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
+from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.raster.windows import window_of
@@ -26,6 +27,7 @@ from fpnet_core.segmentation import (
     segment_submap,
     segment_unknown_scale,
 )
+from fpnet_core.segmentation.moved import rescaled_rooms
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation, Submap
 
 
@@ -88,16 +90,9 @@ class MapMatch:
         return None if self.A_best is None else self.A_best.scale
 
 
-def cut_plan(
-    grid: GridMap,
-    config: FpnetConfig,
-    is_metric: bool = False,
-    estimate: ScaleEstimate | None = None,
-) -> CutMap:
+def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
     """
     Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
-
-    ``estimate`` is what is known of a scale that was not; None asks the rooms and doors.
 
     Raises
     ------
@@ -106,12 +101,27 @@ def cut_plan(
     """
     is_stated = is_metric and config.localizer.scale_policy != 'unknown'
     if is_stated:
-        segmentation, scale = segment_floorplan(grid, config.segmentation), STATED_SCALE
-    elif estimate is not None:
-        segmentation = segment_floorplan(grid, config.segmentation, estimate.factor)
-        scale = estimate
-    else:
-        segmentation, scale = segment_unknown_scale(grid, config.segmentation)
+        return _with_rooms(segment_floorplan(grid, config.segmentation), STATED_SCALE, True)
+    return _with_rooms(*segment_unknown_scale(grid, config.segmentation), False)
+
+
+def cut_of(reading: Reading, config: FpnetConfig) -> CutMap:
+    """
+    Return the rooms of a drawing that was read, at the scale that was read.
+
+    Raises
+    ------
+    MapFormatError
+        If it holds no room.
+    """
+    if reading.estimate is None and config.localizer.scale_policy == 'unknown':
+        return cut_plan(reading.grid, config)
+    segmentation = reading.segmented(config.segmentation)
+    scale = reading.estimate or STATED_SCALE
+    return _with_rooms(segmentation, scale, reading.scale.is_known)
+
+
+def _with_rooms(segmentation: Segmentation, scale: ScaleEstimate, is_stated: bool) -> CutMap:
     if not segmentation.rooms:
         raise MapFormatError(
             f'the floorplan holds no room ({segmentation.reason}); check that free space is '
@@ -131,16 +141,15 @@ def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) 
 
 
 def match_maps(
-    plan: GridMap,
+    plan: GridMap | Reading,
     submap: Submap,
     matcher: RegionMatcher,
     config: FpnetConfig,
     plan_is_metric: bool = False,
     sub_is_metric: bool = False,
-    plan_scale: ScaleEstimate | None = None,
 ) -> MapMatch:
     """
-    Place ``submap`` on ``plan``; of its scale ``plan_scale`` may be known where none was stated.
+    Place ``submap`` on ``plan``; a reading knows by itself whether it is metric.
 
     A stated scale is trusted as the localizer trusts it (``localizer.scale_policy``). Where one
     is unknown, rooms and doors give that map a first metric scale and an interval; placements are
@@ -154,7 +163,10 @@ def match_maps(
     timer = StageTimer()
     with timer.stage('total'):
         with timer.stage('segment_plan'):
-            plan_cut = cut_plan(plan, config, plan_is_metric, plan_scale)
+            if isinstance(plan, Reading):
+                plan_cut = cut_of(plan, config)
+            else:
+                plan_cut = cut_plan(plan, config, plan_is_metric)
         with timer.stage('segment_submap'):
             sub_cut = cut_robot_map(submap, config, sub_is_metric)
         finder = Finder(matcher, Judge.configured(config.localizer), config)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 import time
 
 import numpy as np
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
-from fpnet_core.geometry import SE2
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.pose import (
     MapSide,
@@ -48,69 +46,24 @@ class StageTimer:
         self.timings_ms[name] = self.timings_ms.get(name, 0.0) + elapsed
 
 
-def prepare_plan(grid: GridMap, config: FpnetConfig) -> MapSide:
+def prepare_plan(
+    grid: GridMap, config: FpnetConfig, segmentation: Segmentation | None = None
+) -> MapSide:
     """
-    Segment a floorplan and derive its graph and evidence; runs once per floorplan.
+    Segment a floorplan, where that is not done, and derive its graph and evidence.
 
     Raises
     ------
     MapFormatError
         If the drawing holds no room.
     """
-    segmentation = segment_floorplan(grid, config.segmentation)
+    segmentation = segmentation or segment_floorplan(grid, config.segmentation)
     if not segmentation.rooms:
         raise MapFormatError(
             f'the floorplan holds no room ({segmentation.reason}); check that free space is '
             'drawn light, walls dark, and that the resolution is in metres per cell'
         )
     return plan_side(segmentation)
-
-
-def rescaled(grid: GridMap, factor: float) -> GridMap:
-    """Return the same cells with every length multiplied by ``factor``."""
-    origin = grid.T_frame_grid
-    moved = SE2(origin.linear, origin.translation * factor)
-    return replace(grid, resolution=grid.resolution * factor, T_frame_grid=moved)
-
-
-def rescaled_rooms(segmentation: Segmentation, factor: float) -> Segmentation:
-    """Return the same rooms and doors with every length multiplied by ``factor``."""
-    regions = (
-        replace(
-            region,
-            polygon=region.polygon * factor,
-            centroid=region.centroid * factor,
-            area_m2=region.area_m2 * factor**2,
-        )
-        for region in segmentation.regions
-    )
-    portals = (replace(portal, ends=portal.ends * factor) for portal in segmentation.portals)
-    grid = rescaled(segmentation.grid, factor)
-    return replace(segmentation, grid=grid, regions=tuple(regions), portals=tuple(portals))
-
-
-def mirrored_rooms(segmentation: Segmentation) -> Segmentation:
-    """Return the same rooms and doors on the mirrored grid; nothing is cut again."""
-    grid = segmentation.grid
-    to_grid, width_m = grid.T_frame_grid.inv(), grid.shape[1] * grid.resolution
-
-    def mirrored(xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        own = to_grid.apply(xy) * np.array([-1.0, 1.0]) + np.array([width_m, 0.0])
-        return grid.T_frame_grid.apply(own)
-
-    regions = (
-        # A mirror turns outlines clockwise; they are told the other way round.
-        replace(r, polygon=mirrored(r.polygon)[::-1], centroid=mirrored(r.centroid))
-        for r in segmentation.regions
-    )
-    portals = (replace(portal, ends=mirrored(portal.ends)) for portal in segmentation.portals)
-    return replace(
-        segmentation,
-        grid=grid.mirrored(),
-        labels=segmentation.labels[:, ::-1],
-        regions=tuple(regions),
-        portals=tuple(portals),
-    )
 
 
 def plan_side(segmentation: Segmentation) -> MapSide:

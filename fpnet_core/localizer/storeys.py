@@ -29,7 +29,7 @@ from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.localizer.sides import RobotXY, StageTimer
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import ScaleEstimate
-from fpnet_core.types import GridMap, Submap
+from fpnet_core.types import GridMap, Segmentation, Submap
 
 logger = logging.getLogger(__name__)
 
@@ -47,13 +47,14 @@ class StoreyPlan:
     """
     One storey's drawing as it is given: its ``name``, unique, and what is known of its scale.
 
-    ``scale`` and ``policy`` are as of :meth:`fpnet_core.localizer.floorplan.Floorplan.prepared`.
+    All but the name is as of :meth:`fpnet_core.localizer.floorplan.Floorplan.prepared`.
     """
 
     name: str
     grid: GridMap
     scale: ScaleEstimate | None = None
     policy: ScalePolicy | None = None
+    segmentation: Segmentation | None = None
 
 
 def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list[Floorplan]:
@@ -70,7 +71,9 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
     plans = []
     for each in storeys:
         try:
-            plan = Floorplan.prepared(each.grid, config, each.scale, each.policy)
+            plan = Floorplan.prepared(
+                each.grid, config, each.scale, each.policy, each.segmentation
+            )
         except MapFormatError as error:
             raise MapFormatError(
                 f'storey {each.name!r}: {error}' if each.name else error

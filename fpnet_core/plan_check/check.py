@@ -20,9 +20,9 @@ from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.sides import plan_side
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
 from fpnet_core.plan_check.verdict import FIT, PlanVerdict, verdict_of
-from fpnet_core.segmentation import ScaleEstimate, segment_floorplan, told_scale
+from fpnet_core.segmentation import ScaleEstimate, told_scale
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
-from fpnet_core.types import GridMap, Segmentation
+from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
 _SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
@@ -49,7 +49,7 @@ class TourResult:
         return self.error_m is not None and self.error_m > WRONG_POSITION_M
 
 
-DriveTour = Callable[[GridMap, FpnetConfig, int], TourResult]
+DriveTour = Callable[[Reading, FpnetConfig, int], TourResult]
 """
 Drives a simulated robot with a seed through the building that a floorplan shows until it is
 localised; raises ConfigError where none can be driven. It comes from the lab, which the core
@@ -137,7 +137,7 @@ def check_plan(
     on_step : is told of finished steps, one more than drives
 
     """
-    segmentation = segment_floorplan(reading.grid, config.segmentation)
+    segmentation = reading.segmented(config.segmentation)
     told = told_scale(reading.grid, segmentation, config.segmentation)
     verdict = verdict_of(reading, segmentation, asked, told)
     check = PlanCheck(
@@ -152,7 +152,7 @@ def check_plan(
         similarity = self_similarity(plan_side(segmentation), create_finder(config))
         check = replace(check, similarity=similarity)
         on_step(1.0)
-        check = _driven(check, lambda seed: drive(reading.grid, config, seed), seeds, on_step)
+        check = _driven(check, lambda seed: drive(reading, config, seed), seeds, on_step)
     return replace(check, advice=tuple(_advice(check)))
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences.overlay import overlay
 from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.maps import CutMap, MapMatch, cut_plan, cut_robot_map, match_storeys
+from fpnet_core.localizer.maps import CutMap, MapMatch, cut_of, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.raster.morphology import grown
 from fpnet_core.sites.site import Site, Storey
@@ -140,12 +140,7 @@ def check_site(
     MapFormatError
         If a plan holds no room.
     """
-    plans = {
-        storey.name: cut_plan(
-            storey.plan.grid, config, storey.plan.scale.is_known, storey.plan.estimate
-        )
-        for storey in site.storeys
-    }
+    plans = {storey.name: cut_of(storey.plan, config) for storey in site.storeys}
     found: list[LikeStorey] = []
     for storey in site.storeys if len(site.storeys) > 1 else ():
         found += _like(storey.name, plans, finder, config)

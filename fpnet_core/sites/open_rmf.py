@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.formats.rmf import ends_of, metres_per_pixel, told_of, vertices_of
 from fpnet_core.drawings.opening import RMF_SUFFIX
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
@@ -101,13 +102,10 @@ def _level(name: str, told: dict[str, Any], path: Path, config: FpnetConfig) -> 
     where = f'{path}: level {name!r}'
     drawing = as_mapping(told.get('drawing'), f'{where}: drawing')
     file = as_text(drawing.get('filename'), f'{where}: drawing', 'filename: its image')
-    vertices = [
-        as_numbers(each, 2, f'{where}: vertex {k}', '[x, y, ...] in pixels')
-        for k, each in enumerate(as_list(told.get('vertices', []), f'{where}: vertices'))
-    ]
-    points = np.array(vertices, dtype=np.float64).reshape(-1, 2)
-    options = ReadOptions(_metres_per_pixel(told, points, where))
     try:
+        points = vertices_of(told)
+        lines = [(ends_of(door, points), told_of(door)) for door in told.get('doors') or []]
+        options = ReadOptions(metres_per_pixel(told, points))
         reading = read_plan(path.parent / file, options, config)
     except FpnetError as error:
         raise MapFormatError(f'level {name!r}: {error}') from None
@@ -119,53 +117,13 @@ def _level(name: str, told: dict[str, Any], path: Path, config: FpnetConfig) -> 
         if isinstance(each, list) and len(each) > 2
     }
     elevation = as_number(told.get('elevation', 0.0), f'{where}: elevation', 'metres')
-    doors = tuple(_door(each, points, to_plan, where) for each in told.get('doors') or [])
+    doors = tuple(NamedDoor(str(each.get('name') or ''), to_plan(ends)) for ends, each in lines)
     storey = Storey(name, reading, elevation_m=elevation, doors=doors)
     return _Level(storey, placed, to_plan)
 
 
 def _to_plan(reading: Reading) -> Callable[[Array], Array]:
     return lambda pixels: np.asarray(map_points(reading.H_plan_image, pixels), dtype=np.float64)
-
-
-def _metres_per_pixel(told: dict[str, Any], points: Array, where: str) -> float:
-    """Return the mean of what a level's measurements say."""
-    scales = []
-    for each in told.get('measurements') or []:
-        ends = _ends(each, points, f'{where}: measurement')
-        metres = as_number(_parameter(each, 'distance'), f'{where}: measurement', 'a distance')
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        if not (metres > 0.0 and length > 0.0):
-            raise SiteError(f'{where}: a measurement of {metres:g} m over {length:g} pixels')
-        scales.append(metres / length)
-    if not scales:
-        raise SiteError(
-            f'{where}: it has no measurement, which tells how long a pixel is; add one in the '
-            'traffic editor'
-        )
-    return float(np.mean(scales))
-
-
-def _ends(value: Any, points: Array, where: str) -> Array:
-    """Return the two vertices ``(2, 2)`` of an edge."""
-    first, second = (int(each) for each in as_numbers(value, 2, where, '[vertex, vertex, {...}]'))
-    if not (0 <= first < len(points) and 0 <= second < len(points)):
-        raise SiteError(
-            f'{where} joins vertices {first} and {second}; there are {len(points)} of them'
-        )
-    return points[[first, second]]
-
-
-def _parameter(edge: list[Any], name: str) -> Any:
-    """Return a parameter of an edge: they are stored as [type, value]."""
-    parameters = edge[2] if len(edge) > 2 and isinstance(edge[2], dict) else {}
-    value = parameters.get(name)
-    return value[1] if isinstance(value, list) and len(value) > 1 else value
-
-
-def _door(value: Any, points: Array, to_plan: Callable[[Array], Array], where: str) -> NamedDoor:
-    ends = _ends(value, points, f'{where}: door')
-    return NamedDoor(str(_parameter(value, 'name') or ''), to_plan(ends))
 
 
 def _placed(level: _Level, reference: _Level) -> Storey:

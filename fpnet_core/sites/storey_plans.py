@@ -40,6 +40,7 @@ def storey_plans(site: Site, config: FpnetConfig) -> list[StoreyPlan]:
             storey.plan.grid,
             storey.plan.estimate,
             None if storey.plan.scale.is_known or is_set else 'unknown',
+            storey.plan.segmented(config.segmentation),
         )
         for storey in site.storeys
     ]

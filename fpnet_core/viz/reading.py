@@ -41,23 +41,22 @@ _LEAST_IN = 5.0  # for what is said above a tall drawing
 _PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # of a title: its letters, lines and characters
 
 
-def save_reading(
-    reading: Reading, segmentation: Segmentation, path: Path, verdict: PlanVerdict
-) -> None:
-    """Write the picture; ``segmentation`` is that of the reading's grid."""
+def save_reading(reading: Reading, path: Path, verdict: PlanVerdict) -> None:
+    """Write the picture."""
     width, height = reading.drawing.size
-    said = [*said_of(reading, segmentation), *verdict.headlines()]
+    said = [*said_of(reading), *verdict.headlines()]
     inch = _LONG_SIDE_IN / max(height, width)
     wide = max(width * inch, _LEAST_IN) + 0.4
     lines = [part for line in said for part in wrap(line, int(wide / _CHARACTER_IN))]
     with saved_figure(path, (wide, height * inch + _LINE_IN * (len(lines) + 3)), _DPI) as figure:
         # Above the axes, however narrow these are.
         figure.suptitle('\n'.join(lines), fontsize=_PT, x=0.01, ha='left')
-        draw_reading(figure.add_subplot(), reading, segmentation)
+        draw_reading(figure.add_subplot(), reading)
 
 
-def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
+def draw_reading(ax: Axes, reading: Reading) -> None:
     """Draw a reading over its drawing, in the drawing's pixels, y down."""
+    segmentation = reading.segmentation
     width, height = reading.drawing.size
     to_pixel = _H_pixel_plan(reading)
     shown = _shown(reading.drawing.pixels)

@@ -254,7 +254,7 @@ def plan_from_file(reading: Reading) -> NDArray[np.float64]:
 def segmented(reading: Reading, config: SegmentationConfig) -> Segmentation:
     """Cut a reading into rooms as the localizer does, by its scale or by its doors."""
     if reading.scale.is_known:
-        return segment_floorplan(reading.grid, config)
+        return reading.segmented(config)
     return segment_unknown_scale(reading.grid, config)[0]
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.localizer import create_localizer
+from fpnet_core.drawings.types import Reading
+from fpnet_core.localizer import StoreyPlan, create_localizer
 from fpnet_core.plan_check import TourResult
-from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.first_claims import first_claim
 from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.lidars.sensors import SENSORS
@@ -19,7 +19,7 @@ from fpnet_lab.sim.lidars.sensors import SENSORS
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
 
 
-def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
+def drive_tour(reading: Reading, config: FpnetConfig, seed: int) -> TourResult:
     """
     Drive a simulated robot with a planar scanner and true odometry until it is localised.
 
@@ -31,9 +31,10 @@ def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
         If no tour can be driven on the plan.
     """
     options = RecordingOptions(lidar=SENSORS[_SENSOR])
-    recording = make_recording(seed, options, threads=1, floorplan=grid)
+    recording = make_recording(seed, options, threads=1, floorplan=reading.grid)
     localizer = create_localizer(config)
-    localizer.set_plan(recording.floorplan)
+    plan = StoreyPlan('', reading.grid, segmentation=reading.segmented(config.segmentation))
+    localizer.set_storeys([plan])
     claim = first_claim(recording, localizer)
     path_m = round(claim.path_m, 2)
     if claim.found_after_m is None or claim.on_plan is None:

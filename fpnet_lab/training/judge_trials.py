@@ -26,9 +26,10 @@ from fpnet_core.io.maps import read_map
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
-from fpnet_core.localizer.sides import StageTimer, rescaled
+from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.raster.pixels import pixel_to_xy
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.evaluation.robots.robot_pairs import RobotPair, read_robot_pairs, varied

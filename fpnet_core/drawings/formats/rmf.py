@@ -9,6 +9,7 @@ a pixel is. A site reads the drawing that a level names; here the level's own li
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -97,14 +98,12 @@ def read_rmf(path: Path, options: ReadOptions) -> VectorPage:
 def _model(
     level: dict[str, Any], in_metres: bool, storeys: tuple[ModelStorey, ...], number: int
 ) -> FloorplanModel:
-    points = np.array([vertex[:2] for vertex in level['vertices']], dtype=np.float64)
-    if not (np.abs(points) < _LARGEST_PX).all():
-        raise MapFormatError('it has vertices that lie nowhere')
+    points = vertices_of(level)
     if not in_metres:
-        points = points * (1.0, -1.0) * _metres_per_pixel(level, points)
+        points = points * (1.0, -1.0) * metres_per_pixel(level, points)
     if not (np.abs(points) < _LARGEST_M).all():
         raise MapFormatError(f'it has vertices more than {_LARGEST_M:g} m away')
-    lines = [(_ends(wall, points), _told(wall)) for wall in level.get('walls') or ()]
+    lines = [(ends_of(wall, points), told_of(wall)) for wall in level.get('walls') or ()]
     lines = [(ends, told) for ends, told in lines if (ends[0] != ends[1]).any()]
     walls = [
         ModelWall((_thick(ends),), source=_SOURCE)
@@ -128,15 +127,45 @@ def _model(
     )
 
 
-def _metres_per_pixel(level: dict[str, Any], points: Array) -> float:
-    """Return the mean of what a level's measurements say."""
+def vertices_of(level: dict[str, Any]) -> Array:
+    """
+    Return a level's vertices ``(N, 2)`` in its own units.
+
+    Raises
+    ------
+    MapFormatError
+        If one is no place.
+    """
+    told = level.get('vertices') or []
+    try:
+        points = np.array([vertex[:2] for vertex in told], np.float64).reshape(len(told), 2)
+    except (ValueError, TypeError, KeyError, OverflowError) as error:
+        raise MapFormatError(f'its vertices are damaged ({detail_of(error)})') from None
+    if not (np.abs(points) < _LARGEST_PX).all():
+        raise MapFormatError('it has vertices that lie nowhere')
+    return points
+
+
+def metres_per_pixel(level: dict[str, Any], points: Array) -> float:
+    """
+    Return the mean of what a level's measurements between its vertices say.
+
+    Raises
+    ------
+    MapFormatError
+        If there is none, or one is no length.
+    """
     scales = []
     for each in level.get('measurements') or ():
-        ends = _ends(each, points)
+        ends = ends_of(each, points)
         length = float(np.hypot(*(ends[1] - ends[0])))
-        metres = float(_told(each)['distance'])
-        if metres > 0.0 and length > 0.0:
-            scales.append(metres / length)
+        try:
+            metres = float(told_of(each)['distance'])
+        except (KeyError, TypeError, ValueError, OverflowError):
+            metres = math.nan
+        if not (0.0 < metres < _LARGEST_M and length > 0.0):
+            raise MapFormatError(f'it has a measurement of {metres:g} m over {length:g} pixels')
+        scales.append(metres / length)
     if not scales:
         raise MapFormatError(
             'it has no measurement, which tells how long a pixel is; add one in the traffic editor'
@@ -144,15 +173,27 @@ def _metres_per_pixel(level: dict[str, Any], points: Array) -> float:
     return float(np.mean(scales))
 
 
-def _ends(edge: Any, points: Array) -> Array:
-    """Return the places (2, 2) of the two vertices of an edge."""
-    first, second = int(edge[0]), int(edge[1])
-    if min(first, second) < 0:
-        raise IndexError(f'vertex {min(first, second)}')
+def ends_of(edge: Any, points: Array) -> Array:
+    """
+    Return the places (2, 2) of the two vertices of an edge.
+
+    Raises
+    ------
+    MapFormatError
+        If there are no such vertices.
+    """
+    try:
+        first, second = int(edge[0]), int(edge[1])
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError):
+        raise MapFormatError('it has an edge that names no two vertices') from None
+    if not (0 <= first < len(points) and 0 <= second < len(points)):
+        raise MapFormatError(
+            f'it joins vertices {first} and {second}; there are {len(points)} of them'
+        )
     return points[[first, second]]
 
 
-def _told(edge: Any) -> dict[str, Any]:
+def told_of(edge: Any) -> dict[str, Any]:
     """Return the parameters of an edge, which are stored as [type, value]."""
     told = edge[2] if len(edge) > 2 and isinstance(edge[2], dict) else {}
     return {key: each[1] if isinstance(each, list) else each for key, each in told.items()}
@@ -166,10 +207,10 @@ def _thick(ends: Array) -> Array:
 
 
 def _door(edge: Any, points: Array) -> ModelDoor:
-    told = _told(edge)
+    told = told_of(edge)
     kind = _KINDS.get(str(told.get('type')), DoorKind.UNKNOWN)
     hinge = None
     if kind is DoorKind.SWING:
         hinge = int(str(told.get('motion_axis')) == 'end')
     name = str(told.get('name') or '')
-    return ModelDoor(_ends(edge, points), WALL_M, kind, hinge, name=name, source=_SOURCE)
+    return ModelDoor(ends_of(edge, points), WALL_M, kind, hinge, name=name, source=_SOURCE)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from fpnet_core.drawings.stated import UNSAID, SaidScale
 from fpnet_core.drawings.types import Array, Box, Dropped, Trust
 from fpnet_core.raster.pixels import pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation.moved import rescaled_rooms
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
@@ -72,6 +74,14 @@ class Found:
     def is_absurd(self) -> bool:
         """Tell whether no building is like that, as one without doors."""
         return bool(not self.segmentation.rooms or findings(self.segmentation))
+
+    def cut_at(self, grid: GridMap) -> Segmentation | None:
+        """Return its rooms on a grid of its cells, None where they are not cut at its scale."""
+        factor, metres = self.known_factor, grid.resolution / self._nominal_m
+        if stride(self.cells) > 1 or factor is None or not math.isclose(factor, metres):
+            return None
+        rooms = rescaled_rooms(self.segmentation, metres)
+        return replace(rooms, grid=replace(grid, cells=rooms.grid.cells))
 
     @property
     def as_rival(self) -> Rival:

@@ -134,11 +134,18 @@ def _what_ifs(
         return dict.fromkeys(WHAT_IFS, look.segmentation.labels)
     factor = known_factor or estimate_metres_per_unit(look.segmentation).factor
     grid = look.segmentation.grid
-    without = {'thick': _without(grid, look.thin), 'dark': _without(grid, look.faint)}
-    return {
-        name: segment_at(without.get(name, grid), config, factor * _FACTORS.get(name, 1.0)).labels
-        for name in WHAT_IFS
+    found = {
+        name: segment_at(grid, config, factor * change).labels for name, change in _FACTORS.items()
     }
+    same = look.segmentation.labels if known_factor else None
+    for name, walls in (('thick', look.thin), ('dark', look.faint)):
+        if walls.any():
+            found[name] = segment_at(_without(grid, walls), config, factor).labels
+            continue
+        if same is None:
+            same = segment_at(grid, config, factor).labels
+        found[name] = same
+    return found
 
 
 def _without(grid: GridMap, gone: Mask) -> GridMap:

@@ -36,7 +36,6 @@ from fpnet_core.drawings.types import (
     ScaleSource,
 )
 from fpnet_core.errors import ConfigError
-from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 CONFIG = FpnetConfig().segmentation
@@ -72,7 +71,7 @@ def model(walls=WALLS):
 def read(path, options=ReadOptions()):  # noqa: B008
     drawing = unpack(pack(read_here(path, drawing_kind(path), options)))
     reading = read_drawing(drawing, options, CONFIG)
-    return complete_model(reading, segment_floorplan(reading.grid, CONFIG)), reading
+    return complete_model(reading), reading
 
 
 def placed(read_model, reference):
@@ -202,7 +201,7 @@ def drawn_reading():
 @pytest.mark.parametrize('suffix', ['.geojson', '.zip', '.building.yaml'])
 def test_a_picture_has_a_model_of_what_it_was_cut_into(tmp_path, suffix):
     reading = drawn_reading()
-    found = complete_model(reading, segment_floorplan(reading.grid, CONFIG))
+    found = complete_model(reading)
     assert sorted(room.name for room in found.rooms) == ['', '', 'Hall']
     assert_same(found, model(), 0.06)
     path = tmp_path / f'a{suffix}'

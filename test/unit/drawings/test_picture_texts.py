@@ -16,7 +16,6 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.room_texts import printed_of_rooms
 from fpnet_core.drawings.types import Drawing, DrawingScale, Label, ReadOptions, ScaleSource
 from fpnet_core.drawings.wording import said_of
-from fpnet_core.types import Segmentation
 
 needs_ocr = pytest.mark.skipif(
     not ocr.is_installed(), reason="texts are read by the extra ocr: pip install 'fpnet_ros[ocr]'"
@@ -201,14 +200,13 @@ def test_a_note_names_the_extra_where_it_would_have_helped(monkeypatch, tmp_path
     stated = read_plan(tmp_path / 'a.yaml')
     guess = DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED)
     unread = replace(stated, drawing=Drawing(pixels, 'a.png', 'png'), scale=guess)
-    rooms = Segmentation(stated.grid, np.zeros(stated.grid.shape, np.int32), (), (), ())
     monkeypatch.setattr(ocr, 'is_installed', lambda: False)
-    assert ocr.NOT_READ in said_of(unread, rooms)
-    assert ocr.NOT_READ not in said_of(stated, rooms)
+    assert ocr.NOT_READ in said_of(unread)
+    assert ocr.NOT_READ not in said_of(stated)
     lettered = replace(unread, drawing=replace(unread.drawing, labels=labels))
-    assert ocr.NOT_READ not in said_of(lettered, rooms)
+    assert ocr.NOT_READ not in said_of(lettered)
     monkeypatch.setattr(ocr, 'is_installed', lambda: True)
-    assert ocr.NOT_READ not in said_of(unread, rooms)
+    assert ocr.NOT_READ not in said_of(unread)
 
 
 @needs_ocr

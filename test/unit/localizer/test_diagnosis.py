@@ -20,8 +20,8 @@ from fpnet_core.judging.causes import DoubleWalls, TurningWalls
 from fpnet_core.localizer import Localizer, match_maps, replay
 from fpnet_core.localizer.diagnosis import explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
-from fpnet_core.localizer.sides import rescaled
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
 from fpnet_lab.evaluation.localization.cases import plain_cases

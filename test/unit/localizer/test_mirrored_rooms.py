@@ -9,8 +9,8 @@ import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
-from fpnet_core.localizer.sides import mirrored_rooms
 from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.plans import generate_plan
 

@@ -12,9 +12,9 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.scale import ScaleHistory, estimated_search
-from fpnet_core.localizer.sides import rescaled
 from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.types import Status
 
 CONFIG = PoseConfig()

@@ -20,9 +20,10 @@ from fpnet_core.judging.reasons import NO_PLAN
 from fpnet_core.localizer import Finder, Localizer
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.sides import StageTimer, rescaled
+from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.localizer.tick import Seen, TickState, tick
 from fpnet_core.matches import MatchResult
+from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import Status
 

@@ -13,7 +13,6 @@ from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSourc
 from fpnet_core.errors import ConfigError
 from fpnet_core.judging.asked import Asked
 from fpnet_core.localizer import create_finder, prepare_plan
-from fpnet_core.localizer.sides import rescaled, rescaled_rooms
 from fpnet_core.plan_check import check as plan_check
 from fpnet_core.plan_check.check import (
     PlanCheck,
@@ -25,6 +24,7 @@ from fpnet_core.plan_check.check import (
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
 from fpnet_core.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
+from fpnet_core.segmentation.moved import rescaled, rescaled_rooms
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.evaluation.plan_tours import drive_tour
 
@@ -104,7 +104,7 @@ def test_a_storey_of_unlike_rooms_is_clear_from_a_room_with_its_neighbours():
 
 @pytest.mark.slow
 def test_a_simulated_drive_ends_with_a_right_claim():
-    tour = drive_tour(plan_grid(), CONFIG, 0)
+    tour = drive_tour(reading_of(plan_grid()), CONFIG, 0)
     assert tour.found_after_m is not None
     assert 0.0 <= tour.found_after_m < tour.path_m
     assert tour.error_m < 0.5
@@ -130,7 +130,7 @@ def test_a_good_plan_is_said_to_be_found_soon(monkeypatch):
     paths = {4: 6.0, 5: 8.0, 6: 30.0}
     check = checked(
         monkeypatch,
-        lambda _grid, _config, seed: TourResult(seed, 40.0, paths[seed], 0.1),
+        lambda _reading, _config, seed: TourResult(seed, 40.0, paths[seed], 0.1),
         range(4, 7),
     )
     assert [tour.seed for tour in check.tours] == [4, 5, 6]

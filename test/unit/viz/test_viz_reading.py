@@ -30,7 +30,7 @@ def test_rooms_and_doors_have_their_numbers(full_size):
     stated = DrawingScale(0.05, 0.05, 0.05, ScaleSource.STATED)
     rooms = segment_floorplan(grid, FpnetConfig().segmentation)
     ax = Figure().add_subplot()
-    draw_reading(ax, Reading(grid, stated, H, 'as drawn', drawing), rooms)
+    draw_reading(ax, Reading(grid, stated, H, 'as drawn', drawing, cut=rooms))
     written = {text.get_text(): text.xy for text in ax.texts}
     numbers = {str(room.id) for room in rooms.rooms} | {str(p.door) for p in rooms.portals}
     assert numbers <= written.keys()

@@ -12,7 +12,6 @@ from fpnet_core.drawings.model import DoorKind
 from fpnet_core.drawings.read import read_drawing
 from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import ReadOptions
-from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE
 
 
@@ -43,7 +42,7 @@ def test_a_reading_has_the_doors_that_are_drawn_in_metres_of_its_map(tmp_path):
         .T
     )
     assert reading.grid.cells[rows, cols].tolist()[0] == FREE
-    model = complete_model(reading, segment_floorplan(reading.grid, FpnetConfig().segmentation))
+    model = complete_model(reading)
     assert 'door symbol' in [door.source for door in model.doors]
     assert 'Office' in [room.name for room in model.rooms]
 

@@ -88,9 +88,9 @@ def test_metres_have_y_up_and_need_no_measurement(tmp_path):
     [
         (building(measurements=[]), ReadOptions(), "level 'L2': it has no measurement"),
         (building(walls=[]), ReadOptions(), 'has no walls'),
-        (building(walls=[[0, 99]]), ReadOptions(), "level 'L2' is damaged"),
-        (building(doors=[[1]]), ReadOptions(), "level 'L2' is damaged"),
-        (building(vertices='x'), ReadOptions(), "level 'L2' is damaged"),
+        (building(walls=[[0, 99]]), ReadOptions(), "level 'L2': it joins vertices 0 and 99"),
+        (building(doors=[[1]]), ReadOptions(), "level 'L2': it has an edge that names no two"),
+        (building(vertices='x'), ReadOptions(), "level 'L2': its vertices are damaged"),
         (building(), ReadOptions(page=1), 'nothing on storey 1 of 2, L1'),
         (building(), ReadOptions(page=3), 'there is no storey 3'),
         ({**building(), 'coordinate_system': 'wgs84'}, ReadOptions(), "'wgs84' is not read"),
