@@ -23,7 +23,6 @@ from fpnet_core.segmentation.openings import (
     closing_line,
     find_openings,
     find_saddles_of_rooms,
-    roominess,
 )
 from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
@@ -101,8 +100,7 @@ def _lines(
     """Return all places where pieces meet, the saddles first, with what each shows."""
     passable = shut.free & ~shut.lintel
     saddles = find_saddles_of_rooms(labels, work)
-    space = roominess(passable)
-    ends = [closing_line(saddle, work, space) for saddle in saddles]
+    ends = [closing_line(saddle, work, passable) for saddle in saddles]
     pairs = [saddle.rooms for saddle in saddles]
     full = upsample_labels(labels, work.stride, passable)
     for opening in openings_across(gaps, full, scene.cell_m):
