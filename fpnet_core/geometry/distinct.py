@@ -20,7 +20,8 @@ def first_distinct(
 
     ``is_same`` tells which of others, given by their numbers (N,), are the same as one.
     """
-    left, kept = np.arange(count), []
+    left = np.arange(count)
+    kept: list[int] = []
     while len(left) and (limit is None or len(kept) < limit):
         first = int(left[0])
         kept.append(first)

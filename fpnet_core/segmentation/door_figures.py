@@ -115,7 +115,7 @@ class _Lines:
     @property
     def middles(self) -> Array:
         """Return places (L, 2)."""
-        return self.ends.mean(axis=1)
+        return np.asarray(self.ends.mean(axis=1))
 
 
 def wall_direction(passable: Mask) -> float:
@@ -128,13 +128,13 @@ def wall_direction(passable: Mask) -> float:
     steepest = _BLUR_CELLS**2
     d_row = blurred[2:, 1:-1] - blurred[:-2, 1:-1]
     d_col = blurred[1:-1, 2:] - blurred[1:-1, :-2]
-    is_slope = (d_row != 0) | (d_col != 0)
     side = 2 * steepest + 1
-    slopes = (d_row[is_slope] + steepest).astype(np.int64) * side + d_col[is_slope] + steepest
+    slopes = (side * d_row + d_col).ravel()
+    slopes = slopes[slopes != 0].astype(np.int64) + side * side // 2
     counts = np.bincount(slopes, minlength=side * side)
     # The fourth power of a slope as a complex number, over its third.
-    row, col = np.divmod(np.arange(side * side), side) - np.float64(steepest)
-    slope = col + 1j * row
+    row, col = np.divmod(np.arange(side * side), side)
+    slope = (col - steepest) + 1j * (row - steepest)
     turned = counts * slope**4 / np.maximum(np.abs(slope), 1.0) ** 3
     return float(np.angle(turned.sum()) / 4.0)
 
@@ -226,4 +226,4 @@ def _band_share(mask: Mask, lines: _Lines, band: float, is_across: bool) -> Arra
     offsets = np.arange(-wide, wide + 1)[:, None]
     found = marked(mask, places + offsets * lines.across[line][:, None], False)
     share = found.any(axis=1) if is_across else found.mean(axis=1)
-    return np.add.reduceat(share, begin, dtype=np.float64) / count
+    return np.asarray(np.add.reduceat(share, begin, dtype=np.float64) / count)

@@ -62,6 +62,11 @@ _LOOSE_M = 0.03  # leaves and arcs may be off by so much [m]
 _STUB_CELLS = 1.5  # of a leaf at its hinge and an arc at its jamb so much stays
 _STEP = 0.5  # numerical: of a cell, at which a doorway is looked over
 _PLACES = 14  # numerical: where a leaf and an arc are looked at
+# All leaves that there may be (5, N): length and hinge over the doorway's length, side, face from
+# the wall's low to its high one, how far open.
+_LEAVES = np.stack(
+    np.meshgrid(np.outer([1.0, 0.5], _LENGTHS), (0, 1), (-1, 1), (0.0, 0.5, 1.0), _OPEN_RAD)
+).reshape(5, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +296,8 @@ def _shown(near: Mask, way: _Doorway, leaves: Array) -> Array:
 
     found = np.full(len(leaves), -1.0)
     is_leaf = np.flatnonzero(drawn(leaves, leaves[:, 4:], out) >= _SWEPT)
+    if not len(is_leaf):
+        return found
     leaves = leaves[is_leaf]
     opened = leaves[:, 4:]
     before, after = (drawn(leaves, opened + by, out) for by in (-_BESIDE_RAD, _BESIDE_RAD))
@@ -314,12 +321,9 @@ def _strokes(
 
 def _hypotheses(way: _Doorway) -> Array:
     """Return the leaves (N, 5) that there may be: length, hinge, side, face, how far open."""
-    middle = 0.5 * (way.low + way.high)
-    grids = np.meshgrid(
-        way.length * np.multiply.outer(np.array([1.0, 0.5]), np.array(_LENGTHS)),
-        (0.0, way.length), (-1.0, 1.0), (way.low, middle, way.high), _OPEN_RAD,
-    )  # fmt: skip
-    return np.stack([grid.ravel() for grid in grids], axis=1)
+    length, hinge, side, face, opened = _LEAVES
+    at = (1.0 - face) * way.low + face * way.high
+    return np.stack([way.length * length, way.length * hinge, side, at, opened], axis=1)
 
 
 def _best(swept: Array, is_whole: Mask, is_first: Mask) -> list[int]:

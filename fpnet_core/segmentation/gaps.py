@@ -9,7 +9,6 @@ no saddle lies in the mouth.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 import math
 
 import cv2
@@ -48,7 +47,7 @@ _INSET_M = 0.05
 # by the second length, at two of its four corners at least [m]: a line across a corridor has none.
 _DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3  # numerical
-_BITS = 32  # numerical: of a cell's column in a number that holds its row, too
+_BITS = 20  # numerical: of a cell's row and column in a number that holds its outline, too
 _MIN_OPEN_CORNERS = 2
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6
@@ -182,19 +181,37 @@ def _places(outlines: list[Cells], rings: list[Cells]) -> tuple[Cells, Cells]:
 
     They go on beyond the outline's end, as often as corners that it visits twice ask for.
     """
-    first, last = [], []
-    for outline, ring in zip(outlines, rings, strict=True):
-        keys = (outline[:, 0] << _BITS) + outline[:, 1]
-        order = np.argsort(keys, kind='stable')
-        asked = (ring[:, 0] << _BITS) + ring[:, 1]
-        low, high = (np.searchsorted(keys[order], asked, side) for side in ('left', 'right'))
+    corners, cells = np.concatenate(rings) + 1, np.concatenate(outlines) + 1  # none is negative
+    is_corner = np.zeros(corners.max(axis=0) + 1, np.bool_)
+    is_corner[tuple(corners.T)] = True
+    is_within = np.flatnonzero((cells < is_corner.shape).all(axis=1))
+    visits = is_within[is_corner[tuple(cells[is_within].T)]]
+    sizes, counts = (np.array([len(part) for part in parts]) for parts in (outlines, rings))
+    begins = np.cumsum(sizes) - sizes
+    each = np.arange(len(sizes))
+    keys = _numbered(np.repeat(each, sizes)[visits], cells[visits])
+    order = np.argsort(keys, kind='stable')
+    asked = _numbered(np.repeat(each, counts), corners)
+    low, high = (np.searchsorted(keys[order], asked, side).tolist() for side in ('left', 'right'))
+    visited = visits[order].tolist()
+    first, last, corner = [], [], 0
+    for begin, size, count in zip(begins.tolist(), sizes.tolist(), counts.tolist(), strict=True):
         at, places = 0, []
-        for begin, end in zip(low.tolist(), high.tolist(), strict=True):
-            at += min((visit - at) % len(outline) for visit in order[begin:end].tolist())
+        for k in range(corner, corner + count):
+            if high[k] - low[k] == 1:
+                at += (visited[low[k]] - begin - at) % size
+            else:
+                at += min((visit - begin - at) % size for visit in visited[low[k] : high[k]])
             places.append(at)
+        corner += count
         first += places
-        last += [*places[1:], places[0] + len(outline)]
+        last += [*places[1:], places[0] + size]
     return np.array(first), np.array(last)
+
+
+def _numbered(outline: Cells, cells: Cells) -> Cells:
+    """Return one number (N,) for each cell (N, 2) of each outline (N,)."""
+    return (outline << _BITS | cells[:, 0]) << _BITS | cells[:, 1]
 
 
 def _lines(
@@ -261,26 +278,16 @@ def closed_cells(shape: tuple[int, int], gaps: list[Array]) -> Mask:
     return closed.astype(bool)
 
 
-def labels_beside(labels: NDArray[np.int32], ends: Array, shares: Array, reach: float) -> Cells:
+def labels_beside(labels: NDArray[np.int32], places: Array, across: Array, reach: float) -> Cells:
     """
-    Return labels (2, R, S) on both sides of a line at ``shares (S,)`` of its length.
+    Return labels (2, R, S) on both sides of ``places (S, 2)`` of lines.
 
-    They lie a cell, two and so on away, up to ``reach``; beyond the raster its edge goes on.
+    They lie a cell, two and so on ``across (S, 2)``, up to ``reach``; beyond the raster its edge
+    goes on.
     """
-    along = ends[1] - ends[0]
-    across = np.array([-along[1], along[0]]) / np.hypot(*along)
     offsets = np.arange(1, int(np.ceil(reach + 1.0)))[:, None, None] * across
-    places = ends[0] + shares[:, None] * along
     both = np.stack([places - offsets, places + offsets])
     return labels[cells_at(both, labels.shape)].astype(np.int64)
-
-
-def _first_beside(labels: NDArray[np.int32], ends: Array, reach: float) -> Cells:
-    """Return for each cell of the line the first labels (S, 2) met on both sides, 0 for none."""
-    count = max(3, int(np.rint(np.hypot(*(ends[1] - ends[0])))))
-    beside = labels_beside(labels, ends, np.arange(count) / (count - 1), reach)
-    first = np.argmax(beside > 0, axis=1)
-    return np.asarray(np.take_along_axis(beside, first[:, None], axis=1)[:, 0].T)
 
 
 def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float) -> list[Opening]:
@@ -289,30 +296,42 @@ def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float)
 
     A gap onto which a partition opens is one opening on either side of the partition.
     """
-    openings = []
-    for ends in gaps:
-        pairs = _first_beside(labels, ends, _ROOM_REACH_M / cell_m)
-        has_both = pairs.min(axis=1) > 0
-        if has_both.any():
-            pairs[~has_both] = -1
-        for first, last, pair in _stretches(pairs):
-            part = ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0])
-            width = float(np.hypot(*(part[1] - part[0])))
-            if pair[0] != pair[1] and width * cell_m >= MIN_DOOR_WIDTH_M:
-                low, high = sorted(pair)
-                openings.append(Opening((low, high), part, 0.5 * width * cell_m))
-    return openings
+    if not gaps:
+        return []
+    ends = np.array(gaps)
+    along = ends[:, 1] - ends[:, 0]
+    lengths = np.hypot(*along.T)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / lengths[:, None]
+    counts = np.maximum(np.rint(lengths).astype(np.int64), 3)
+    gap = np.repeat(np.arange(len(gaps)), counts)
+    shares = (np.arange(len(gap)) - (np.cumsum(counts) - counts)[gap]) / (counts[gap] - 1)
+    places = ends[gap, 0] + shares[:, None] * along[gap]
+    beside = labels_beside(labels, places, across[gap], _ROOM_REACH_M / cell_m)
+    # The first labels that are met on both sides, 0 for none.
+    nearest = np.argmax(beside > 0, axis=1)[:, None]
+    pairs = np.take_along_axis(beside, nearest, axis=1)[:, 0].T
+    gap, rooms, first, last = _stretches(gap, shares, pairs)
+    parts = ends[gap, :1] + np.stack([first, last], axis=1)[..., None] * along[gap, None]
+    widths = np.hypot(*(parts[:, 1] - parts[:, 0]).T)
+    is_opening = (rooms[:, 0] != rooms[:, 1]) & (widths * cell_m >= MIN_DOOR_WIDTH_M)
+    sorted_rooms = np.sort(rooms[is_opening], axis=1).tolist()
+    found = zip(sorted_rooms, parts[is_opening], widths[is_opening].tolist(), strict=True)
+    return [Opening((low, high), part, 0.5 * width * cell_m) for (low, high), part, width in found]
 
 
-def _stretches(pairs: Cells) -> Iterator[tuple[float, float, tuple[int, int]]]:
-    """Yield begin, end (shares of the line) and rooms of equal rows; rows of -1 join either."""
-    known = np.flatnonzero(pairs[:, 0] >= 0)
-    steps = np.abs(np.diff(pairs[known], axis=0)).sum(axis=1)
-    changes = np.flatnonzero(steps) + 1
-    bounds = [0, *changes.tolist(), len(known)]
-    last = len(bounds) - 2
-    for k in range(len(bounds) - 1):
-        begin, end = known[bounds[k]], known[bounds[k + 1] - 1]
-        first = 0.0 if k == 0 else begin / (len(pairs) - 1)
-        until = 1.0 if k == last else end / (len(pairs) - 1)
-        yield first, until, (int(pairs[begin, 0]), int(pairs[begin, 1]))
+def _stretches(gap: Cells, shares: Array, pairs: Cells) -> tuple[Cells, Cells, Array, Array]:
+    """
+    Return gap (N,), rooms (N, 2), begin and end (N,) of equal ``pairs (S, 2)``, shares of the gap.
+
+    Where a gap has places with a room on both sides, the others join either stretch.
+    """
+    is_both = pairs.min(axis=1) > 0
+    has_both = np.bincount(gap, is_both) > 0
+    known = np.flatnonzero(is_both | ~has_both[gap])
+    gap, shares, pairs = gap[known], shares[known], pairs[known]
+    is_other = np.diff(gap) != 0
+    begin = np.flatnonzero(np.r_[True, is_other | (np.diff(pairs, axis=0) != 0).any(axis=1)])
+    end = np.r_[begin[1:] - 1, len(known) - 1]
+    first = np.where(np.r_[True, is_other][begin], 0.0, shares[begin])
+    last = np.where(np.r_[is_other, True][end], 1.0, shares[end])
+    return gap[begin], pairs[begin], first, last

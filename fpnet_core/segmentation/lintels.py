@@ -20,7 +20,7 @@ from fpnet_core.segmentation.gaps import labels_beside
 from fpnet_core.segmentation.openings import (
     MIN_DOOR_WIDTH_M,
     Opening,
-    narrowest_line,
+    narrowest_lines,
 )
 
 Array = NDArray[np.float64]
@@ -60,9 +60,11 @@ class Doorway:
 
 def _first_labels(labels: NDArray[np.int32], ends: Array, reach: float) -> list[int]:
     """Return on each side the most frequent label on the first line beside that meets a room."""
-    shares = np.linspace(0.2, 0.8, _BESIDE_PLACES)
+    along = ends[1] - ends[0]
+    places = ends[0] + np.linspace(0.2, 0.8, _BESIDE_PLACES)[:, None] * along
+    across = np.array([-along[1], along[0]]) / np.hypot(*along)
     found = []
-    for side in labels_beside(labels, ends, shares, reach - 1.0):
+    for side in labels_beside(labels, places, across, reach - 1.0):
         met = side[(side > 0).any(axis=1)]
         known, votes = np.unique(met[:1][met[:1] > 0], return_counts=True)
         found.append(int(known[votes.argmax()]) if len(known) else 0)
@@ -100,13 +102,16 @@ def find_lintels(
     for door in known:
         draw_line(closed, door.ends_rc)
     lines = np.array([door.ends_rc for door in doors]).reshape(-1, 2, 2)
-    for row, col in _centres(lintel, cell_m):
-        if (held is not None and held[row, col]) or _is_beside(lines, row, col, cell_m):
+    centres = _centres(lintel, cell_m)
+    if held is not None:
+        centres = centres[~held[tuple(centres.T)]]
+    reach, least = (np.full(len(centres), m / cell_m) for m in (_MAX_WIDTH_M, MIN_DOOR_WIDTH_M))
+    across = narrowest_lines(
+        free, centres.astype(np.float64), reach, _LINE_REACH_M / cell_m, least
+    )
+    for centre, ends in zip(centres, across, strict=True):
+        if _is_beside(lines, centre, cell_m):
             continue
-        centre = float(row), float(col)
-        ends = narrowest_line(
-            free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, MIN_DOOR_WIDTH_M / cell_m
-        )
         apart = lines.mean(axis=1) - ends.mean(axis=0)
         is_new = (np.hypot(*apart.T) * cell_m >= MIN_DOOR_WIDTH_M).all()
         if is_new and _is_doorway(ends, lintel, free, wall, cell_m):
@@ -128,17 +133,17 @@ def _is_doorway(ends: Array, lintel: Mask, free: Mask, wall: Mask, cell_m: float
     return bool(covered >= _MIN_COVERAGE and passes)
 
 
-def _is_beside(lines: Array, row: float, col: float, cell_m: float) -> bool:
-    """Tell whether a place belongs to one of the lines with ends ``lines (D, 2, 2)``."""
-    along, off = lines[:, 1] - lines[:, 0], np.array([row, col]) - lines[:, 0]
+def _is_beside(lines: Array, place: NDArray[np.int64], cell_m: float) -> bool:
+    """Tell whether a place (2,) belongs to one of the lines with ends ``lines (D, 2, 2)``."""
+    along, off = lines[:, 1] - lines[:, 0], place - lines[:, 0]
     share = (off * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-9)
     apart = off - np.clip(share, 0.0, 1.0)[:, None] * along
     return bool((np.hypot(*apart.T) * cell_m <= _LINE_REACH_M).any())
 
 
-def _centres(lintel: Mask, cell_m: float) -> list[tuple[int, int]]:
+def _centres(lintel: Mask, cell_m: float) -> NDArray[np.int64]:
     """
-    Return a cell in the middle of each piece of high returns, largest first.
+    Return a cell (N, 2) in the middle of each piece of high returns, largest first.
 
     Pieces with too few high returns around them to cover even the narrowest doorway are left
     out.
@@ -153,7 +158,7 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[int, int]]:
     # Sorted by owner first, so that the first of each are in the order of the pieces.
     nearest = first_of_each(owner, np.lexsort((off_centre, owner)))
     largest_first = np.argsort(-size, kind='stable')
-    return [(row, col) for row, col in cells[nearest][largest_first].tolist()]
+    return np.asarray(cells[nearest][largest_first])
 
 
 def _evidence(

@@ -91,20 +91,19 @@ def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[S
     ]
 
 
-def closing_line(saddle: Saddle, work: WorkRaster, free: Mask) -> Array:
-    """Return the ends (2, 2) of the line in ``free (H, W)`` that closes a saddle's opening."""
-    row, col = ((k + 0.5) * work.stride - 0.5 for k in saddle.rc)
-    clearance = saddle.clearance_m / work.cell_m * work.stride
+def closing_lines(saddles: list[Saddle], work: WorkRaster, free: Mask) -> Array:
+    """Return the ends (S, 2, 2) of the lines in ``free (H, W)`` that close saddles' openings."""
+    places = (np.array([s.rc for s in saddles]).reshape(-1, 2) + 0.5) * work.stride - 0.5
+    clearance = np.array([s.clearance_m for s in saddles]) / work.cell_m * work.stride
     reach = _LINE_REACH * (clearance + work.stride)
-    slide = _SLIDE_M / work.cell_m * work.stride
-    return narrowest_line(free, (row, col), reach, slide, clearance)
+    return narrowest_lines(free, places, reach, _SLIDE_M / work.cell_m * work.stride, clearance)
 
 
-def narrowest_line(
-    free: Mask, place: tuple[float, float], reach: float, slide: float, min_length: float
+def narrowest_lines(
+    free: Mask, places: Array, reach: Array, slide: float, min_length: Array
 ) -> Array:
     """
-    Return the ends (2, 2) of the narrowest line across the doorway near ``place``.
+    Return the ends (N, 2, 2) of the narrowest lines across doorways near ``places (N, 2)``.
 
     A line through a place on the wall's face may miss the jambs and run along the wall
     instead: places up to ``slide`` away across the first line are tried as well, and of those
@@ -113,32 +112,41 @@ def narrowest_line(
     Parameters
     ----------
     free : (H, W), what may be crossed
-    place : row and column, fractional
-    reach, slide, min_length : cells; half the longest line, and the shortest line when sliding
+    places : row and column, fractional
+    reach, slide, min_length : cells; half the longest line (N,), the least when sliding (N,)
     """
-    first = _narrowest_chords(free, np.array([place]), reach, np.inf)
-    along = first[0, 1] - first[0, 0]
-    length = float(np.hypot(*along))
+    lines = _narrowest_chords(free, places, reach)[:, None]
+    along = lines[:, 0, 1] - lines[:, 0, 0]
+    length = np.hypot(*along.T)
     offsets = np.arange(math.floor(2.0 * slide) + 1) - slide
-    across = np.array([-along[1], along[0]]) / max(1.0, length)
-    places = np.clip(place + offsets[:, None] * across, 0.0, np.array(free.shape) - 1.0)
-    places = places[free[cells_at(places, free.shape)]]
-    others = _narrowest_chords(free, places, reach, length + _SAME_CELLS + _STEP_CELLS)
-    lines = np.concatenate([first, others])
-    lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
-    usable = lengths >= min(min_length, length)
-    narrow = np.flatnonzero(usable & (lengths <= lengths[usable].min() + _SAME_CELLS))
-    return np.asarray(lines[narrow[len(narrow) // 2]])
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(1.0, length)[:, None]
+    others = places[:, None] + offsets[:, None] * across[:, None]
+    others = np.clip(others, 0.0, np.array(free.shape) - 1.0)
+    is_free = free[cells_at(others, free.shape)]
+    own = np.nonzero(is_free)[0]
+    bound = length[own] + _SAME_CELLS + _STEP_CELLS
+    chords = np.zeros((*is_free.shape, 2, 2))
+    chords[is_free] = _narrowest_chords(free, others[is_free], reach[own], bound)
+    lines = np.concatenate([lines, chords], axis=1)
+    lengths = np.hypot(*np.moveaxis(lines[:, :, 1] - lines[:, :, 0], -1, 0))
+    lengths[:, 1:][~is_free] = np.inf
+    lengths[lengths < np.minimum(min_length, length)[:, None]] = np.inf
+    is_narrow = lengths <= lengths.min(axis=1, keepdims=True) + _SAME_CELLS
+    middle = np.cumsum(is_narrow, axis=1) == is_narrow.sum(axis=1, keepdims=True) // 2 + 1
+    return np.asarray(lines[np.arange(len(lines)), np.argmax(middle, axis=1)])
 
 
-def _narrowest_chords(free: Mask, places: Array, reach: float, bound: float) -> Array:
+def _narrowest_chords(
+    free: Mask, places: Array, reach: Array, bound: Array | None = None
+) -> Array:
     """
     Return the ends (P, 2, 2) of the shortest free chord through each of ``places (P, 2)``.
 
-    Where all are longer than ``bound``, it is only some chord that is.
+    Where all are longer than a ``bound (P,)``, it is only some chord that is.
     """
-    if bound == np.inf and len(places):  # a few directions bound the length first
-        bound = float(np.sum(_chords(free, places, _UNITS[::_BOUNDING], reach, bound), 0).max())
+    if bound is None:  # a few directions bound the length first
+        runs = _chords(free, places, _UNITS[::_BOUNDING], reach, 2.0 * reach)
+        bound = np.sum(runs, axis=0).min(axis=1)
     ahead, behind = _chords(free, places, _UNITS, reach, bound)
     each, best = np.arange(len(places)), (ahead + behind).argmin(axis=1)
     unit = _UNITS[best]
@@ -148,15 +156,15 @@ def _narrowest_chords(free: Mask, places: Array, reach: float, bound: float) -> 
 
 
 def _chords(
-    free: Mask, places: Array, units: Array, reach: float, bound: float
+    free: Mask, places: Array, units: Array, reach: Array, bound: Array
 ) -> tuple[Array, Array]:
     """Return how far it is free ahead and behind (P, K); of more than ``bound`` that it is."""
-    starts, limit = places[:, None], bound + 2.0 * _STEP_CELLS
-    ahead = _free_runs(free, starts, units, min(reach, limit))
+    starts, reach, limit = places[:, None], reach[:, None], bound[:, None] + 2.0 * _STEP_CELLS
+    ahead = _free_runs(free, starts, units, np.minimum(reach, limit))
     return ahead, _free_runs(free, starts, -units, np.minimum(reach, limit - ahead))
 
 
-def _free_runs(free: Mask, starts: Array, units: Array, limits: Array | float) -> Array:
+def _free_runs(free: Mask, starts: Array, units: Array, limits: Array) -> Array:
     """Return how far it is free from a step ahead of ``starts`` on."""
     return run_lengths(free, False, starts + _STEP_CELLS * units, units, limits, _STEP_CELLS)
 
@@ -187,4 +195,5 @@ def find_openings(
             for other in kept
         ):
             kept.append(saddle)
-    return [Opening(s.rooms, closing_line(s, work, free), s.clearance_m) for s in kept]
+    lines = closing_lines(kept, work, free)
+    return [Opening(s.rooms, ends, s.clearance_m) for s, ends in zip(kept, lines, strict=True)]
