@@ -28,7 +28,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.raster.pixels import growth_at, map_points
-from fpnet_core.segmentation import segment_floorplan, told_scale
+from fpnet_core.segmentation import told_scale
 from fpnet_core.segmentation.agreement import Agreement, place_agreement, room_agreement
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.drawings import (
@@ -179,9 +179,9 @@ def bench_drawing(
     ratio = growth_at(H_plan_file, middle) / (truth.metres_per_unit or math.nan)
     sheet = SheetResult.of(truth.kind, truth.name, reading, ratio)
     sheet = replace(sheet, f1=rooms.f1, seconds=seconds)
-    told = segment_floorplan(reading.grid, config)  # as `fpnet plan` judges it
+    told = reading.segmentation  # as `fpnet plan` judges it
     verdict = verdict_of(reading, told, told=told_scale(reading.grid, told, config)).fitness
-    ends = np.array([door.ends for door in complete_model(reading, found).doors])
+    ends = np.array([door.ends for door in complete_model(reading).doors])
     middles = map_points(np.linalg.inv(H_plan_file), ends.reshape(-1, 2, 2).mean(axis=1))
     unclear = shapely.union_all([shapely.Polygon(ring) for ring in truth.unclear])
     middles = middles[~shapely.contains_xy(unclear, middles)]
