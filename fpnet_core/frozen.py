@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Scalar = TypeVar('Scalar', bound=np.generic)
 Shape = tuple[int | None, ...]
 """Lengths of the axes; None where any will do."""
 
@@ -45,6 +46,13 @@ def _is_frozen(value: ArrayLike, dtype: Any) -> TypeGuard[NDArray[Any]]:
         and not value.flags.writeable
         and value.flags.c_contiguous
     )
+
+
+def unwritable(values: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Return values in C order as a view that is not written to: one kind for compiled loops."""
+    view = np.ascontiguousarray(values).view()
+    view.setflags(write=False)
+    return view
 
 
 def freeze_field(owner: object, name: str, dtype: Any, shape: Shape) -> None:

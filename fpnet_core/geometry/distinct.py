@@ -1,42 +1,32 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Few of many: points evenly drawn, and point sets that are not nearly the same as a better."""
+"""Few of many: points evenly drawn, and what is not nearly the same as a better one."""
 
 from __future__ import annotations
 
-import numba
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
+Indices = NDArray[np.int64]
 
-@numba.njit(cache=True, nogil=True)
+
 def first_distinct(
-    placed: NDArray[np.float64], distance_m: float, limit: int
-) -> NDArray[np.int64]:
+    count: int, is_same: Callable[[int, Indices], NDArray[np.bool_]], limit: int | None = None
+) -> Indices:
     """
-    Greedy choice among point sets ``(C, P, 2)`` [m], at most ``limit`` of them.
+    Return which of ``count`` are the same as none that was kept before, at most ``limit`` of them.
 
-    Each is farther than ``distance_m`` from all kept before it, on the mean of its points.
+    ``is_same`` tells which of others, given by their numbers (N,), are the same as one.
     """
-    kept = np.empty(min(limit, len(placed)), dtype=np.int64)
-    count = 0
-    for index in range(len(placed)):
-        is_new = True
-        for k in kept[:count]:
-            moved = 0.0
-            for corner in range(placed.shape[1]):
-                dx = placed[k, corner, 0] - placed[index, corner, 0]
-                dy = placed[k, corner, 1] - placed[index, corner, 1]
-                moved += np.sqrt(dx * dx + dy * dy)
-            if moved <= distance_m * placed.shape[1]:
-                is_new = False
-                break
-        if is_new:
-            kept[count] = index
-            count += 1
-            if count == limit:
-                break
-    return kept[:count]
+    left = np.arange(count)
+    kept: list[int] = []
+    while len(left) and (limit is None or len(kept) < limit):
+        first = int(left[0])
+        kept.append(first)
+        left = left[1:][~is_same(first, left[1:])]
+    return np.array(kept, np.int64)
 
 
 def evenly_drawn(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:

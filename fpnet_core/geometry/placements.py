@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.frozen import freeze_field, frozen_array
+from fpnet_core.geometry.distinct import first_distinct
 from fpnet_core.geometry.polar import heading_of, scale_of, stretch_of
 from fpnet_core.geometry.transforms import Affine2D
 
@@ -216,9 +217,10 @@ class Placements:
         Two differ when ``points (P, 2)`` of the submap land more than ``distance_m`` apart on
         average. The placements are ranked, best first; at most ``limit`` indices are returned.
         """
-        if len(self) == 0:
-            return np.zeros(0, dtype=np.int64)
-        # The compiler takes longer to load than all else that needs a transform.
-        from fpnet_core.geometry.distinct import first_distinct
+        x, y = np.moveaxis(self.apply(points), -1, 0)
 
-        return first_distinct(np.ascontiguousarray(self.apply(points)), distance_m, limit)
+        def is_same(index: int, others: NDArray[np.int64]) -> NDArray[np.bool_]:
+            moved = np.hypot(x[others] - x[index], y[others] - y[index]).sum(axis=1)
+            return np.asarray(moved <= distance_m * x.shape[1])
+
+        return first_distinct(len(self), is_same, limit)

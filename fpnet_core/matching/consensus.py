@@ -18,12 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry.distinct import first_distinct
 from fpnet_core.matches import LEAST_DECADES, WELL_SEEN
 from fpnet_core.matching.alignment import GLIMPSED_WEIGHT, aligned
 from fpnet_core.matching.anchors import anchored
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
-    first_distinct,
     fit_regions,
     keep_one_per_plan_region,
     nearest_regions,
@@ -318,7 +318,13 @@ def _distinct_index(similarity: Array, sub: GraphGeometry, limit: int) -> NDArra
     a, b = similarity[:, :1], similarity[:, 1:2]
     x = a * corners[:, 0] - b * corners[:, 1] + similarity[:, 2:3]
     y = b * corners[:, 0] + a * corners[:, 1] + similarity[:, 3:4]
-    return first_distinct(np.concatenate([x, y], axis=1), _DISTINCT_UNITS, limit)
+    placed = np.concatenate([x, y], axis=1)
+
+    def is_same(index: int, others: NDArray[np.int64]) -> NDArray[np.bool_]:
+        apart = np.abs(placed[others] - placed[index]).max(axis=1)
+        return np.asarray(apart <= _DISTINCT_UNITS)
+
+    return first_distinct(len(placed), is_same, limit)
 
 
 def _edges(

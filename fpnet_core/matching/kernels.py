@@ -272,29 +272,3 @@ def keep_one_per_plan_region(
             else:
                 partner[c, j] = -1
                 fit[c, j] = 0.0
-
-
-@numba.njit(cache=True, nogil=True)
-def first_distinct(placed: NDArray[np.float64], distance: float, limit: int) -> NDArray[np.int64]:
-    """
-    Return indices of rows that differ from every earlier one, at most ``limit``.
-
-    Rows of ``placed (C, D)`` differ where some coordinate differs by more than ``distance``.
-    """
-    kept = np.empty(min(limit, placed.shape[0]), dtype=np.int64)
-    count = 0
-    for index in range(placed.shape[0]):
-        if count == limit:
-            break
-        is_new = True
-        for k in range(count):
-            moved = 0.0
-            for d in range(placed.shape[1]):
-                moved = max(moved, abs(placed[kept[k], d] - placed[index, d]))
-            if moved <= distance:
-                is_new = False
-                break
-        if is_new:
-            kept[count] = index
-            count += 1
-    return kept[:count]

@@ -7,7 +7,6 @@ from __future__ import annotations
 from typing import TypeVar
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,18 +47,10 @@ def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> ND
     return found
 
 
-@njit(cache=True, nogil=True)
 def block_counts(mask: NDArray[np.bool_], side: int) -> NDArray[np.int64]:
     """Return how many True cells (ceil(H / side), ceil(W / side)) blocks have."""
-    rows, cols = mask.shape
-    counts = np.zeros((-(-rows // side), -(-cols // side)), np.int64)
-    for row in range(rows):
-        for k in range(counts.shape[1]):
-            count = 0
-            for col in range(k * side, min((k + 1) * side, cols)):
-                count += mask[row, col]
-            counts[row // side, k] += count
-    return counts
+    means = block_means(mask.astype(np.float32), side)
+    return np.rint(means * side**2).astype(np.int64)
 
 
 def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[Scalar]:
@@ -81,51 +72,24 @@ def unblocked(
 ) -> NDArray[Scalar]:
     """Return a raster of ``shape`` (all of the blocks for None), each cell as its block is."""
     rows, cols = shape or (side * blocks.shape[0], side * blocks.shape[1])
-    return np.asarray(_unblocked(np.ascontiguousarray(blocks), side, rows, cols))
-
-
-@njit(cache=True, nogil=True)
-def _unblocked(blocks, side, rows, cols):  # type: ignore[no-untyped-def]
-    """Return what :func:`unblocked` does."""
-    raster, whole = np.empty((rows, cols), blocks.dtype), cols // side
-    for first in range(0, rows, side):
-        k, own = first // side, raster[first]
-        # No column is divided, and no loop has a loop in it: several are written at once then.
-        if side == 2:
-            for block in range(whole):
-                own[2 * block] = blocks[k, block]
-                own[2 * block + 1] = blocks[k, block]
-        else:
-            for offset in range(side):
-                every = own[offset : whole * side : side]
-                for block in range(whole):
-                    every[block] = blocks[k, block]
-        for col in range(whole * side, cols):
-            own[col] = blocks[k, whole]
-        for row in range(first + 1, min(first + side, rows)):
-            raster[row] = own
-    return raster
+    # Along rows first: those are copied as a whole then.
+    return np.repeat(np.repeat(blocks, side, axis=1)[:, :cols], side, axis=0)[:rows]
 
 
 def thinned(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
     """Return mean (row, column) (P, 2) of the True cells in each block of ``spacing`` cells."""
-    sums = _block_sums(mask, max(spacing, 1.0)).reshape(-1, 3)
-    sums = sums[sums[:, 2] > 0]
-    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
-
-
-@njit(cache=True, nogil=True)
-def _block_sums(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
-    """Return sums of rows and of columns, and counts of True cells, by block (h, w, 3)."""
-    rows, cols = mask.shape
-    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
-    across = (np.arange(cols) / spacing).astype(np.int64)
-    for row in range(rows):
-        r = int(row / spacing)
-        for col in range(cols):
-            if mask[row, col]:
-                c = across[col]
-                sums[r, c, 0] += row
-                sums[r, c, 1] += col
-                sums[r, c, 2] += 1
-    return sums
+    bounds = []
+    for size in mask.shape:
+        block = (np.arange(size) / max(spacing, 1.0)).astype(np.int64)
+        bounds.append(np.flatnonzero(np.diff(block, prepend=-1, append=size)))
+    down, across = bounds
+    # Sums over all cells before each: what lies between two of them is looked up.
+    before = np.asarray(cv2.integral(mask.view(np.uint8)))
+    by_row = np.diff(np.diff(before[:, across]), axis=0)  # row, block
+    by_col = np.diff(np.diff(before[down], axis=0))  # block, column
+    cells = np.add.reduceat(by_row, down[:-1], axis=0)
+    row, col = (np.arange(size) for size in mask.shape)
+    row_sums = np.add.reduceat(by_row * row[:, None], down[:-1], axis=0)
+    col_sums = np.add.reduceat(by_col * col, across[:-1], axis=1)
+    is_any = cells > 0
+    return np.stack([row_sums[is_any], col_sums[is_any]], axis=1) / cells[is_any, None]

@@ -10,13 +10,14 @@ what takes time, and is made only where distances are asked for.
 
 from __future__ import annotations
 
+import math
+
 import cv2
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-Down = NDArray[np.int16] | NDArray[np.int32]
-"""Distances within columns."""
+from fpnet_core.frozen import unwritable
 
 _NOWHERE = np.sqrt(np.finfo(np.float32).max)
 """Numerical: how far a True cell is that there is not; its square is finite."""
@@ -37,120 +38,81 @@ def cells_to_nearest(
     """
     asked = np.ones((1, mask.shape[1]), np.bool_) if where is None else where
     rows, cols = mask.shape
-    fits = 2 * rows + cols <= np.iinfo(np.int16).max
-    down = np.empty(mask.shape, np.int16 if fits else np.int32)
-    _down_columns(np.ascontiguousarray(mask), down)
     beyond = int(min(most, rows + cols - 1)) + 1
     first = (step - 1) // 2
     found = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
-    _along_rows(down, np.ascontiguousarray(asked), step, beyond, found)
+    _along_rows(_down_columns(unwritable(mask)), unwritable(asked), step, beyond, found)
     return found
 
 
 @njit(cache=True, nogil=True)
-def _down_columns(mask: NDArray[np.bool_], down: Down) -> None:
-    """Write the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
+def _down_columns(mask):  # type: ignore[no-untyped-def]
+    """Return the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
     rows, cols = mask.shape
-    for col in range(cols):
-        down[0, col] = 0 if mask[0, col] else rows + cols
-    for row in range(1, rows):
+    down = np.empty((rows, cols), np.int32)
+    for row in range(rows):
         for col in range(cols):
-            down[row, col] = 0 if mask[row, col] else down[row - 1, col] + 1
+            far = down[row - 1, col] + 1 if row else rows + cols
+            down[row, col] = 0 if mask[row, col] else far
     for row in range(rows - 2, -1, -1):
         for col in range(cols):
-            # Cells are compared, not sums: those are wider, and fewer fit side by side.
-            own, below = down[row, col], down[row + 1, col]
-            down[row, col] = below + 1 if own > below else own
+            if down[row, col] > down[row + 1, col]:
+                down[row, col] = down[row + 1, col] + 1
+    return down
 
 
 @njit(cache=True, nogil=True)
-def _along_rows(
-    down: Down, asked: NDArray[np.bool_], step: int, beyond: int, out: NDArray[np.float32]
-) -> None:
+def _along_rows(down, asked, step, beyond, out):  # type: ignore[no-untyped-def]
     """Write what :func:`cells_to_nearest` returns; a single row of ``asked`` holds for all."""
     cols, first = down.shape[1], (step - 1) // 2
     lowest = np.empty((3, cols + 1), np.int64)
     for k in range(len(out)):
-        row = first + k * step
-        near, is_asked = down[row], asked[row % len(asked)]
+        near, is_asked = down[first + k * step], asked[(first + k * step) % len(asked)]
         begin = 0
         while begin < cols:
-            if not is_asked[begin]:
-                begin += 1
-                continue
-            end = begin + 1
+            end = begin
             while end < cols and is_asked[end]:
                 end += 1
-            # From cell to cell a distance changes by one at most.
-            low = max(begin - _at_most(near, begin), 0)
-            high = min(end - 1 + _at_most(near, end - 1), cols - 1)
-            count = _lowest_parabolas(near, low, high, beyond, lowest)
-            _write_distances(lowest, count, begin, end, step, out[k])
+            if end == begin:
+                begin += 1
+                continue
+            count, best = _lowest_parabolas(near, begin, end, beyond, lowest), 0
+            for n in range((begin - first + step - 1) // step, (end - first + step - 1) // step):
+                col = first + n * step
+                while best + 1 < count and lowest[2, best + 1] <= col:
+                    best += 1
+                away = col - lowest[0, best]
+                squared = np.float32(away * away + lowest[1, best])
+                out[k, n] = np.sqrt(squared) if count else _NOWHERE
             begin = end
 
 
 @njit(cache=True, nogil=True)
-def _at_most(near: Down, col: int) -> int:
-    """Return how far the nearest True cell is along the row, and then along a column."""
-    cols, least, offset = len(near), near[col], 1
-    while offset < min(least, cols):
-        if offset <= col:
-            least = min(least, near[col - offset] + offset)
-        if col + offset < cols:
-            least = min(least, near[col + offset] + offset)
-        offset += 1
-    return int(least)
-
-
-@njit(cache=True, nogil=True)
-def _lowest_parabolas(
-    near: Down, low: int, high: int, beyond: int, lowest: NDArray[np.int64]
-) -> int:
+def _lowest_parabolas(near, begin, end, beyond, lowest):  # type: ignore[no-untyped-def]
     """
-    Count the parabolas that are lowest somewhere from ``low`` to ``high``, and list them.
+    Count the parabolas that are lowest somewhere from ``begin`` to before ``end``, and list them.
 
     ``lowest (3, W)`` gets each one's column, its height there and the column from which on it is
     lowest; columns whose distance is ``beyond`` or more have none.
     """
-    count = 0
-    for col in range(low, high + 1):
+    # From cell to cell a distance changes by one at most.
+    low, high, count = begin - near[begin], end + near[end - 1], 0
+    for col in range(low if low > 0 else 0, high if high < len(near) else len(near)):
         if near[col] >= beyond:
             continue
-        height, since = np.int64(near[col]) ** 2, np.int64(low)
+        height, since = np.int64(near[col]) ** 2, -1
         while count:
-            place, own = lowest[0, count - 1], lowest[1, count - 1]
+            place = lowest[0, count - 1]
             # They meet half a column too far right at most: there they are equally low.
-            meet = (col * col - place * place + height - own) * (0.5 / (col - place))
-            since = np.int64(np.floor(meet)) + 1
+            meet = col * col - place * place + height - lowest[1, count - 1]
+            since = math.floor(meet * (0.5 / (col - place))) + 1
             if since > lowest[2, count - 1]:
                 break
-            count, since = count - 1, np.int64(low)
-        if since <= high:
+            count, since = count - 1, -1
+        if since < end:
             lowest[0, count], lowest[1, count], lowest[2, count] = col, height, since
             count += 1
     return count
-
-
-@njit(cache=True, nogil=True)
-def _write_distances(
-    lowest: NDArray[np.int64],
-    count: int,
-    begin: int,
-    end: int,
-    step: int,
-    out: NDArray[np.float32],
-) -> None:
-    """Write the distances of the columns from ``begin`` to before ``end``."""
-    first, k = (step - 1) // 2, 0
-    for n in range((begin - first + step - 1) // step, (end - first + step - 1) // step):
-        col = first + n * step
-        if count == 0:
-            out[n] = _NOWHERE
-            continue
-        while k + 1 < count and lowest[2, k + 1] <= col:
-            k += 1
-        away = col - lowest[0, k]
-        out[n] = np.sqrt(np.float32(away * away + lowest[1, k]))
 
 
 def clearance_of(free: NDArray[np.bool_]) -> NDArray[np.float32]:

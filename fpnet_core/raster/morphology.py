@@ -7,7 +7,6 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -89,40 +88,8 @@ def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> ND
     ``into (H, W)`` is the mask. A step reaches as far as ``kernel (3, 3)``, which is symmetric. A
     cell that several labels reach in the same step takes the largest.
     """
-    _spread(labels, np.flatnonzero(into & (labels == 0)), kernel, steps)
-    return labels
-
-
-@njit(cache=True, nogil=True)
-def _spread(found, left, kernel, steps):  # type: ignore[no-untyped-def]
-    """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
-    (rows, cols), count = found.shape, len(left)
-    values, flat, covered = np.empty(count, found.dtype), found.reshape(-1), np.flatnonzero(kernel)
-    beside = (covered // 3 - 1) * cols + covered % 3 - 1
+    values = labels.astype(np.float32)  # OpenCV grows no larger integers; exact below 2^24
     for _ in range(steps):
-        for k in range(count):
-            cell = left[k]
-            row, col = cell // cols, cell % cols
-            if 0 < row < rows - 1 and 0 < col < cols - 1:
-                largest = flat[cell]
-                for offset in beside:
-                    largest = max(largest, flat[cell + offset])
-                values[k] = largest
-            else:
-                values[k] = _largest_beside(found, kernel, row, col)
-        before, count = count, 0
-        for k in range(before):
-            flat[left[k]] = values[k]
-            left[count] = left[k]
-            count += values[k] == 0
-
-
-@njit(cache=True, nogil=True)
-def _largest_beside(found, kernel, row, col):  # type: ignore[no-untyped-def]
-    """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers, at an edge, too."""
-    largest = found[row, col]
-    for r in range(max(row - 1, 0), min(row + 2, found.shape[0])):
-        for c in range(max(col - 1, 0), min(col + 2, found.shape[1])):
-            if kernel[r - row + 1, c - col + 1]:
-                largest = max(largest, found[r, c])
-    return largest
+        np.copyto(values, cv2.dilate(values, kernel), where=into & (values == 0.0))
+    labels[:] = values
+    return labels

@@ -11,11 +11,13 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import unwritable
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.windows import Window, cells_of, framed
+from fpnet_core.raster.windows import NEIGHBOURS, Window, cells_of, framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
+_NOTHING = np.zeros((0, 1), np.float32)
 _FLOODED = 2  # numerical: marks what a flood has reached
 
 
@@ -54,70 +56,17 @@ def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     Return the True cells (K, 2) of ``mask (H, W)``, row by row, and the piece (K,) of each.
 
-    Diagonal neighbours join. Pieces are numbered from 0 on, in the order of :func:`pieces_of`,
-    which takes far longer where cells are few.
+    Diagonal neighbours join. Pieces are numbered from 0 on, in the order of :func:`pieces_of`.
     """
-    cells = cells_of(mask)
-    root = _joined(cells)
-    # OpenCV meets pieces block by block of two cells a side.
-    blocks = (cells[:, 0] // 2) * mask.shape[1] + cells[:, 1] // 2
-    first = np.full(len(cells), np.iinfo(np.int64).max)
-    np.minimum.at(first, root, blocks)
-    return cells, np.unique(first[root], return_inverse=True)[1]
-
-
-@njit(cache=True, nogil=True)
-def _joined(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each of ``cells (K, 2)``, row by row, one that stands for its piece."""
-    root, above = np.arange(len(cells)), 0
-    for k in range(len(cells)):
-        row, col = cells[k]
-        while cells[above, 0] < row - 1 or (cells[above, 0] < row and cells[above, 1] < col - 1):
-            above += 1
-        near = above
-        while cells[near, 0] < row and cells[near, 1] <= col + 1:
-            _join(root, near, k)
-            near += 1
-        if k and cells[k - 1, 0] == row and cells[k - 1, 1] == col - 1:
-            _join(root, k - 1, k)
-    for k in range(len(cells)):
-        root[k] = root_of(root, k)
-    return root
-
-
-@njit(cache=True, nogil=True)
-def root_of(root: NDArray[np.int64], k: int) -> int:
-    """Return what stands for the piece that ``k`` has joined, and make the way to it shorter."""
-    while root[k] != k:
-        root[k] = root[root[k]]
-        k = root[k]
-    return k
-
-
-@njit(cache=True, nogil=True)
-def _join(root: NDArray[np.int64], a: int, b: int) -> None:
-    """Make two cells' pieces one."""
-    root[root_of(root, b)] = root_of(root, a)
+    found, numbers = cells_of(mask), cv2.connectedComponents(mask.view(np.uint8))[1]
+    return found, numbers[mask].astype(np.int64) - 1
 
 
 def looked_up(labels: NDArray[np.int32], values: NDArray[Scalar]) -> NDArray[Scalar]:
     """Return the one of ``values (N,)`` that each of ``labels (H, W)`` numbers."""
-    found = np.empty(labels.shape, values.dtype)
-    look_up(labels, values, found)
-    return found
+    return np.take(values, labels)
 
 
-@njit(cache=True, nogil=True)
-def look_up(labels, values, found):  # type: ignore[no-untyped-def]
-    """Write what :func:`looked_up` returns to ``found (H, W)``, which may be the labels."""
-    for row in range(labels.shape[0]):
-        own, to = labels[row], found[row]
-        for col in range(len(own)):
-            # A number that cannot be negative is not counted from the end.
-            to[col] = values[np.uint32(own[col])]
-
-
-@njit(cache=True, nogil=True)
 def label_figures(
     labels: NDArray[np.int32], values: NDArray[np.float32], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
@@ -126,22 +75,11 @@ def label_figures(
 
     ``values (H, W)`` are not negative; a label without cells has the value 0.
     """
-    sizes, largest = np.zeros(count, np.int64), np.zeros(count, np.float32)
-    for row in range(labels.shape[0]):
-        own, value, first = labels[row], values[row], 0
-        # Most cells have the label of the one before.
-        while first < len(own):
-            label, end, most = own[first], first, np.float32(0.0)
-            while end < len(own) and own[end] == label:
-                most = max(most, value[end])
-                end += 1
-            sizes[label] += end - first
-            largest[label] = max(largest[label], most)
-            first = end
-    return sizes, largest
+    ends, largest = np.zeros((count, 7), np.int64), np.zeros(count, np.float32)
+    _add_labels(unwritable(labels), unwritable(values), ends, largest)
+    return ends[:, 4], largest
 
 
-@njit(cache=True, nogil=True)
 def shared_cells(
     ours: NDArray[np.int32], theirs: NDArray[np.int32], most_ours: int, most_theirs: int
 ) -> NDArray[np.int64]:
@@ -150,16 +88,9 @@ def shared_cells(
 
     ``ours`` and ``theirs (H, W)`` have labels up to M and N; the result is (M, N).
     """
-    shared = np.zeros((most_ours + 1, most_theirs + 1), np.int64)
-    for row in range(ours.shape[0]):
-        a, b, first = ours[row], theirs[row], 0
-        for col in range(1, len(a)):
-            # Most cells share what those before them do.
-            if a[col] != a[first] or b[col] != b[first]:
-                shared[a[first], b[first]] += col - first
-                first = col
-        shared[a[first], b[first]] += len(a) - first
-    return shared[1:, 1:]
+    both = (ours > 0) & (theirs > 0)
+    shared = (ours[both].astype(np.int64) - 1) * most_theirs + theirs[both] - 1
+    return np.bincount(shared, minlength=most_ours * most_theirs).reshape(most_ours, most_theirs)
 
 
 def label_extents(
@@ -199,7 +130,6 @@ def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:
     }
 
 
-@njit(cache=True, nogil=True)
 def _label_ends(labels: NDArray[np.int32], count: int) -> NDArray[np.int64]:
     """
     Return first row and column, those after the last, cells, and sums of their places (count, 7).
@@ -207,21 +137,35 @@ def _label_ends(labels: NDArray[np.int32], count: int) -> NDArray[np.int64]:
     The sums are of rows and of columns; a label without cells has zeros.
     """
     ends = np.zeros((count, 7), np.int64)
+    _add_labels(unwritable(labels), unwritable(_NOTHING), ends, _NOTHING.reshape(-1))
+    return ends
+
+
+@njit(cache=True, nogil=True)
+def _add_labels(labels, values, ends, largest):  # type: ignore[no-untyped-def]
+    """Write what :func:`_label_ends` returns, and the largest of values where there are any."""
     rows, cols = labels.shape
     for row in range(rows):
         col = 0
         while col < cols:
-            label, first = labels[row, col], col
-            while col < cols and labels[row, col] == label:
-                col += 1
+            label, first, most = labels[row, col], col, np.float32(0.0)
+            if len(values):
+                while col < cols and labels[row, col] == label:
+                    most = max(most, values[row, col])
+                    col += 1
+                largest[label] = max(largest[label], most)
+            else:
+                while col < cols and labels[row, col] == label:
+                    col += 1
             end = ends[label]
             if end[4] == 0:
                 end[0], end[1] = row, first
-            end[1], end[2], end[3] = min(end[1], first), row + 1, max(end[3], col)
+            end[1] = min(end[1], first)
+            end[3] = max(end[3], col)
+            end[2] = row + 1
             end[4] += col - first
             end[5] += row * (col - first)
             end[6] += (first + col - 1) * (col - first) // 2
-    return ends
 
 
 def meeting_cells(labels: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -231,27 +175,14 @@ def meeting_cells(labels: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray
     Neighbours have another label, and neither has 0; first come all to the right, then those in
     the next row, each kind row by row.
     """
-    right, below = _meeting(labels, 0, 1), _meeting(labels, 1, 0)
-    there = np.concatenate([right + 1, below + labels.shape[1]])
-    return np.concatenate([right, below]), there
-
-
-@njit(cache=True, nogil=True)
-def _meeting(labels: NDArray[np.int32], down: int, right: int) -> NDArray[np.int64]:
-    """Return the flat indices (K,) of cells that meet the neighbour so far off."""
-    rows, cols = labels.shape
-    count = 0
-    for row in range(rows - down):
-        for col in range(cols - right):
-            count += labels[row, col] != labels[row + down, col + right]
-    found, k = np.empty(count, np.int64), 0
-    for row in range(rows - down):
-        for col in range(cols - right):
-            own, other = labels[row, col], labels[row + down, col + right]
-            if own != other and own > 0 and other > 0:
-                found[k] = row * cols + col
-                k += 1
-    return found[:k]
+    is_labelled, found = labels > 0, []
+    for (here, there), ahead in zip(NEIGHBOURS, (1, labels.shape[1]), strict=True):
+        meets = np.zeros(labels.shape, np.bool_)
+        meets[here] = (labels[here] != labels[there]) & is_labelled[here] & is_labelled[there]
+        cells = np.flatnonzero(meets)
+        found.append((cells, cells + ahead))
+    (right, to_right), (below, to_below) = found
+    return np.concatenate([right, below]), np.concatenate([to_right, to_below])
 
 
 def longer_pieces(mask: Mask, length: float) -> Mask:

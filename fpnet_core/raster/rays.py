@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeVar
 
 import cv2
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
+
+from fpnet_core.frozen import unwritable
 
 Array = NDArray[np.float64]
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -23,30 +26,53 @@ def nearest_cell(A: Array, x: float, y: float) -> tuple[int, int]:
     return row, col
 
 
-@njit(cache=True, nogil=True)
-def is_inside(mask: NDArray[np.bool_], row: float, col: float, outside: bool) -> bool:
-    """Return the ``mask (H, W)`` at the nearest cell, ``outside`` beyond its edge."""
-    r, c = int(np.floor(row + 0.5)), int(np.floor(col + 0.5))
-    if r < 0 or c < 0 or r >= mask.shape[0] or c >= mask.shape[1]:
-        return outside
-    return bool(mask[r, c])
+def marked(mask: NDArray[np.bool_], rc: Array, outside: bool) -> NDArray[np.bool_]:
+    """Return ``mask (H, W)`` at the cells nearest to ``rc (..., 2)``, ``outside`` beyond."""
+    rows, cols = np.floor(rc[..., 0] + 0.5), np.floor(rc[..., 1] + 0.5)
+    is_on = (rows >= 0.0) & (cols >= 0.0) & (rows < mask.shape[0]) & (cols < mask.shape[1])
+    flat = (rows * mask.shape[1] + cols)[is_on].astype(np.int64)
+    found = np.full(is_on.shape, outside)
+    found[is_on] = mask.reshape(-1)[flat]
+    return found
 
 
-@njit(cache=True, nogil=True)
-def run_length(
+def run_lengths(
     mask: NDArray[np.bool_],
     outside: bool,
-    row: float,
-    col: float,
-    d_row: float,
-    d_col: float,
-    limit: float,
-) -> float:
-    """Return how far ``mask`` stays True from a place on, up to ``limit`` [cells]."""
-    run = 0.0
-    while run < limit and is_inside(mask, row + run * d_row, col + run * d_col, outside):
-        run += 0.5
-    return run
+    starts: Array,
+    directions: Array,
+    limits: Array | float,
+    step: float = 0.5,
+) -> Array:
+    """
+    Return how far ``mask (H, W)`` stays True on rays, in steps, about up to a limit (...) [cells].
+
+    Rays go from ``starts (..., 2)`` into ``directions (..., 2)``; all shapes are broadcast.
+    """
+    limits = np.asarray(limits, np.float64)
+    shape = np.broadcast_shapes(starts.shape[:-1], directions.shape[:-1], limits.shape)
+    rays = np.empty((*shape, 5))
+    rays[..., :2], rays[..., 2:4], rays[..., 4] = starts, directions, limits
+    runs = np.empty(shape)
+    _run_lengths(unwritable(mask), outside, rays.reshape(-1, 5), step, runs.reshape(-1))
+    return runs
+
+
+@njit(cache=True, nogil=True)
+def _run_lengths(mask, outside, rays, step, runs):  # type: ignore[no-untyped-def]
+    """Write the lengths (N,) of rays (N, 5): start, direction and limit of each."""
+    rows, cols = mask.shape
+    for k in range(len(rays)):
+        row, col, d_row, d_col = rays[k, 0], rays[k, 1], rays[k, 2], rays[k, 3]
+        run = 0.0
+        while run < rays[k, 4]:
+            r = math.floor(row + run * d_row + 0.5)
+            c = math.floor(col + run * d_col + 0.5)
+            is_on = r >= 0 and c >= 0 and r < rows and c < cols
+            if not (mask[r, c] if is_on else outside):
+                break
+            run += step
+        runs[k] = run
 
 
 def cells_at(rc: Array, shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

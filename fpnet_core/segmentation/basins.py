@@ -10,7 +10,7 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells, root_of
+from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells
 from fpnet_core.raster.windows import first_of_each, framed
 from fpnet_core.segmentation.scene import WorkRaster
 
@@ -108,20 +108,17 @@ def find_saddles(
 def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
     """Return labels (h, w) without gaps, 0 outside, of basins with what is deeper than noise."""
     pairs, saddles = find_saddles(basins.labels, work.clearance)
-    parent = np.arange(len(basins.peaks) + 1)
-    peak = np.concatenate([[0.0], basins.peaks.astype(np.float64)])
-    _join_shallow(pairs, saddles.astype(np.float64), parent, peak, _MERGE_DEPTH_M)
-    _, number = np.unique(parent, return_inverse=True)
-    return looked_up(basins.labels, number.astype(np.int32))
+    parent = list(range(len(basins.peaks) + 1))
+    peak = [0.0, *basins.peaks.tolist()]
 
+    def root(basin: int) -> int:
+        while parent[basin] != basin:
+            parent[basin] = basin = parent[parent[basin]]
+        return basin
 
-@njit(cache=True)
-def _join_shallow(pairs, saddles, parent, peak, depth):  # type: ignore[no-untyped-def]
-    """Join basins, widest saddle first; ``parent`` holds each one's root then."""
-    for k in range(len(pairs)):
-        a, b = root_of(parent, pairs[k, 0]), root_of(parent, pairs[k, 1])
-        if a != b and min(peak[a], peak[b]) - saddles[k] < depth:
-            keep, gone = (a, b) if peak[a] >= peak[b] else (b, a)
+    for pair, saddle in zip(pairs.tolist(), saddles.tolist(), strict=True):  # the widest first
+        keep, gone = sorted(map(root, pair), key=peak.__getitem__, reverse=True)
+        if peak[gone] - saddle < _MERGE_DEPTH_M:
             parent[gone] = keep
-    for k in range(len(parent)):
-        parent[k] = root_of(parent, k)
+    _, number = np.unique([root(basin) for basin in parent], return_inverse=True)
+    return looked_up(basins.labels, number.astype(np.int32))

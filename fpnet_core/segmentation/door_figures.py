@@ -12,12 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.rays import is_inside, run_length
+from fpnet_core.raster.rays import marked, run_lengths
 
 Array = NDArray[np.float64]
 
@@ -79,183 +78,152 @@ def line_figures(ends: Array, around: LineMasks) -> Array:
     """
     if not len(ends):
         return np.zeros((0, len(LINE_FIGURES)))
-    cell_m, direction = around.cell_m, wall_direction(around.passable)
-    values = _measured(
-        np.ascontiguousarray(ends, dtype=np.float64),
-        around.passable,
-        around.unseen,
-        around.furniture,
-        around.lintel,
-        cell_m,
-        np.array(_DEPTHS_M),
-    )
+    direction = wall_direction(around.passable)
     along = ends[:, 1] - ends[:, 0]
+    lengths = np.maximum(np.hypot(*along.T), _LEAST_CELLS)
+    lines = _Lines(ends.astype(np.float64), along / lengths[:, None], lengths)
     off = np.abs(np.sin(2.0 * (np.arctan2(along[:, 0], along[:, 1]) - direction)))
-    return np.column_stack([values, off])
+    beside, ahead, hidden = _look_aside(lines, around)
+    band = _BAND_M / around.cell_m
+    return np.column_stack(
+        [
+            beside,
+            ahead,
+            _look_along(lines, around),
+            hidden,
+            _band_share(around.furniture, lines, band, is_across=False),
+            _band_share(around.lintel, lines, band, is_across=True),
+            lengths * around.cell_m,
+            off,
+        ]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Lines with ``ends (L, 2, 2)``, the directions ``along (L, 2)`` and ``lengths (L,)``."""
+
+    ends: Array
+    along: Array
+    lengths: Array
+
+    @property
+    def across(self) -> Array:
+        """Return unit vectors (L, 2)."""
+        return np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
+
+    @property
+    def middles(self) -> Array:
+        """Return places (L, 2)."""
+        return np.asarray(self.ends.mean(axis=1))
 
 
 def wall_direction(passable: Mask) -> float:
     """Return the angle [rad] that most faces of walls have, but for quarter turns."""
     # Differences over a few cells tell angles that those of neighbours do not.
     size = (_BLUR_CELLS, _BLUR_CELLS)
-    blurred = cv2.boxFilter(passable.astype(np.uint8), cv2.CV_16S, size, normalize=False)
-    along, across = _slopes(np.asarray(blurred))
-    return float(np.arctan2(across, along) / 4.0)
-
-
-@njit(cache=True, nogil=True)
-def _slopes(values: NDArray[np.int16]) -> tuple[float, float]:
-    """Return the sum of all slopes of ``values (H, W)``, four times turned: x and y."""
+    blurred = np.asarray(
+        cv2.boxFilter(passable.view(np.uint8), cv2.CV_16S, size, normalize=False), np.int16
+    )
     steepest = _BLUR_CELLS**2
-    turned = _turned(steepest)
-    x, y = 0.0, 0.0
-    for row in range(1, values.shape[0] - 1):
-        for col in range(1, values.shape[1] - 1):
-            d_row = values[row + 1, col] - values[row - 1, col]
-            d_col = values[row, col + 1] - values[row, col - 1]
-            if d_row != 0 or d_col != 0:
-                x += turned[d_row + steepest, d_col + steepest, 0]
-                y += turned[d_row + steepest, d_col + steepest, 1]
-    return x, y
+    d_row = blurred[2:, 1:-1] - blurred[:-2, 1:-1]
+    d_col = blurred[1:-1, 2:] - blurred[1:-1, :-2]
+    side = 2 * steepest + 1
+    slopes = (side * d_row + d_col).ravel()
+    slopes = slopes[slopes != 0].astype(np.int64) + side * side // 2
+    counts = np.bincount(slopes, minlength=side * side)
+    # The fourth power of a slope as a complex number, over its third.
+    row, col = np.divmod(np.arange(side * side), side)
+    slope = (col - steepest) + 1j * (row - steepest)
+    turned = counts * slope**4 / np.maximum(np.abs(slope), 1.0) ** 3
+    return float(np.angle(turned.sum()) / 4.0)
 
 
-@njit(cache=True, nogil=True)
-def _turned(steepest: int) -> Array:
-    """Return all slopes that there may be (N, N, 2), four times turned."""
-    turned = np.zeros((2 * steepest + 1, 2 * steepest + 1, 2))
-    for i in range(len(turned)):
-        for j in range(len(turned)):
-            d_row, d_col = float(i - steepest), float(j - steepest)
-            square = d_row * d_row + d_col * d_col
-            if square > 0.0:
-                # The fourth power of a slope as a complex number, over its third.
-                even, odd = d_col * d_col - d_row * d_row, 2.0 * d_col * d_row
-                turned[i, j, 0] = (even * even - odd * odd) / square**1.5
-                turned[i, j, 1] = 2.0 * even * odd / square**1.5
-    return turned
+def _by_size(values: Array) -> Array:
+    """Return the smaller and the larger of each two (L, 2)."""
+    return np.sort(values, axis=1)
 
 
-@njit(cache=True, nogil=True)
-def _measured(ends, passable, unseen, furniture, lintel, cell_m, depths):  # type: ignore[no-untyped-def]
-    """Return all figures but the last; see :data:`LINE_FIGURES`."""
-    count, n = len(ends), len(depths)
-    out = np.zeros((count, 4 * n + 13))
-    band = _BAND_M / cell_m
-    for k in range(count):
-        r0, c0, r1, c1 = ends[k, 0, 0], ends[k, 0, 1], ends[k, 1, 0], ends[k, 1, 1]
-        length = max(np.hypot(r1 - r0, c1 - c0), _LEAST_CELLS)
-        u_r, u_c = (r1 - r0) / length, (c1 - c0) / length
-        row, col, half = 0.5 * (r0 + r1), 0.5 * (c0 + c1), 0.5 * length
-        place = (row, col, u_r, u_c, half)
-        _look_aside(passable, unseen, place, cell_m, depths, out[k])
-        _look_along(passable, unseen, ends[k], u_r, u_c, cell_m, out[k, 4 * n + 2 :])
-        out[k, 4 * n + 10] = _band_share(furniture, row, col, u_r, u_c, half + band, band, False)
-        out[k, 4 * n + 11] = _band_share(lintel, row, col, u_r, u_c, half, band, True)
-        out[k, 4 * n + 12] = length * cell_m
-    return out
+def _look_aside(lines: _Lines, around: LineMasks) -> tuple[Array, Array, Array]:
+    """
+    Return what lies on both sides of lines.
+
+    How far it is free beside them (L, 28), how far straight on (L, 2), and the share that is
+    unseen (L, 2).
+    """
+    free, cell_m, middles = around.passable, around.cell_m, lines.middles[:, None]
+    normals = lines.across[:, None] * np.array([[1.0], [-1.0]])  # line, side
+    # The line's own cells may count as closed.
+    ahead = run_lengths(free, False, middles + normals, normals, _AHEAD_M / cell_m)
+    depths = np.array(_DEPTHS_M) / cell_m
+    places = middles[:, :, None] + depths[:, None] * normals[:, :, None]  # line, side, depth
+    is_free = marked(free, places, False) & (ahead[..., None] >= depths - 2.0)
+    half = 0.5 * lines.lengths[:, None, None, None]
+    limits = np.where(is_free[..., None], half + _BESIDE_M / cell_m, 0.0)
+    directions = lines.along[:, None, None, None] * np.array([[1.0], [-1.0]])
+    wide = run_lengths(free, False, places[:, :, :, None], directions, limits) - half
+    extents = np.maximum(np.sort(wide, axis=3) * cell_m, _BLOCKED_M)
+    extents[~is_free] = _BLOCKED_M
+    first, second = extents[:, :, :_NARROW].sum(axis=(2, 3)).T
+    order = np.where((first > second)[:, None], [1, 0], [0, 1])
+    extents = np.take_along_axis(extents, order[:, :, None, None], axis=1)
+    beside = extents.swapaxes(1, 2).reshape(len(extents), -1)
+    return beside, _by_size(ahead) * cell_m, _by_size(_unseen_beside(lines, around))
 
 
-@njit(cache=True, nogil=True)
-def _look_aside(passable, unseen, place, cell_m, depths, out):  # type: ignore[no-untyped-def]
-    """Write what lies on both sides of a line: widths, how far it goes on, what is unseen."""
-    row, col, u_r, u_c, half = place
-    n, cap = len(depths), _BESIDE_M / cell_m
-    extent, runs, hidden = np.zeros((2, n, 2)), np.zeros(2), np.zeros(2)
-    for side in range(2):
-        sign = 1.0 if side == 0 else -1.0
-        n_r, n_c = -sign * u_c, sign * u_r
-        # The line's own cells may count as closed.
-        runs[side] = run_length(passable, False, row + n_r, col + n_c, n_r, n_c, _AHEAD_M / cell_m)
-        hidden[side] = _share_beside(unseen, row, col, n_r, n_c, _DISC_M / cell_m)
-        for j in range(n):
-            d = depths[j] / cell_m
-            r, c = row + d * n_r, col + d * n_c
-            if not is_inside(passable, r, c, False) or runs[side] < d - 2.0:
-                extent[side, j] = _BLOCKED_M
-                continue
-            a = run_length(passable, False, r, c, u_r, u_c, half + cap) - half
-            b = run_length(passable, False, r, c, -u_r, -u_c, half + cap) - half
-            extent[side, j, 0] = max(min(a, b) * cell_m, _BLOCKED_M)
-            extent[side, j, 1] = max(max(a, b) * cell_m, _BLOCKED_M)
-    narrow = 0 if extent[0, :_NARROW].sum() <= extent[1, :_NARROW].sum() else 1
-    for j in range(n):
-        out[4 * j : 4 * j + 2] = extent[narrow, j]
-        out[4 * j + 2 : 4 * j + 4] = extent[1 - narrow, j]
-    out[4 * n], out[4 * n + 1] = runs.min() * cell_m, runs.max() * cell_m
-    out[4 * n + 8], out[4 * n + 9] = hidden.min(), hidden.max()
+def _unseen_beside(lines: _Lines, around: LineMasks) -> Array:
+    """Return the share of unseen cells in the half discs on both sides of lines (L, 2)."""
+    reach = _DISC_M / around.cell_m
+    places = np.arange(-int(reach), int(reach) + 1, max(1, int(reach / _DISC_STEPS)))
+    offsets = np.stack(np.meshgrid(places, places), axis=-1).reshape(-1, 2).astype(np.float64)
+    offsets = offsets[(offsets * offsets).sum(axis=1) <= reach * reach]
+    is_unseen = marked(around.unseen, lines.middles[:, None] + offsets, True)
+    side = offsets[:, 0] * lines.across[:, :1] + offsets[:, 1] * lines.across[:, 1:]
+    is_on = np.stack([side > 0.0, side < 0.0], axis=1)  # line, side, place
+    return np.asarray((is_unseen[:, None] & is_on).sum(axis=2) / np.maximum(is_on.sum(axis=2), 1))
 
 
-@njit(cache=True, nogil=True)
-def _look_along(passable, unseen, ends, u_r, u_c, cell_m, out):  # type: ignore[no-untyped-def]
-    """Write what a line's ends meet: the wall that goes on, its thickness, whether any is met."""
-    wall, thick, met = np.zeros(2), np.zeros(2), np.zeros(2)
+def _look_along(lines: _Lines, around: LineMasks) -> Array:
+    """Return what ends of lines meet (L, 6): wall that goes on, its thickness, whether any is."""
+    cell_m, outwards = around.cell_m, lines.along[:, None] * np.array([[-1.0], [1.0]])
+    solid = ~(around.passable | around.unseen)
     near = _NEAR_M / cell_m
-    for end in range(2):
-        sign = 1.0 if end == 1 else -1.0
-        r, c, d_r, d_c = ends[end, 0], ends[end, 1], sign * u_r, sign * u_c
-        wall[end] = _solid_share(passable, unseen, r, c, d_r, d_c, _WALL_M / cell_m)
-        met[end] = _solid_share(passable, unseen, r, c, d_r, d_c, near)
-        p_r, p_c = r + near * d_r, c + near * d_c
-        thick[end] = _thickness(passable, p_r, p_c, -u_c, u_r, _THICK_M / cell_m) * cell_m
-    out[0], out[1] = wall.min(), wall.max()
-    out[2], out[3] = thick.min(), thick.max()
-    out[4], out[5] = met.min(), met.max()
+    wall, met = (
+        _solid_share(solid, lines.ends, outwards, reach) for reach in (_WALL_M / cell_m, near)
+    )
+    across = lines.across[:, None, None] * np.array([[-1.0], [1.0]])
+    starts = (lines.ends + near * outwards)[:, :, None]
+    closed = ~around.passable
+    thick = run_lengths(closed, True, starts, across, _THICK_M / cell_m).sum(axis=2) * cell_m
+    return np.concatenate([_by_size(wall), _by_size(thick), _by_size(met)], axis=1)
 
 
-@njit(cache=True, nogil=True)
-def _share_beside(mask, row, col, n_r, n_c, reach):  # type: ignore[no-untyped-def]
-    """Return the share of True cells in the half disc around a place."""
-    seen, count = 0, 0
-    step = max(1, int(reach / _DISC_STEPS))
-    size = int(reach)
-    for d_r in range(-size, size + 1, step):
-        for d_c in range(-size, size + 1, step):
-            if d_r * n_r + d_c * n_c <= 0.0 or d_r * d_r + d_c * d_c > reach * reach:
-                continue
-            count += 1
-            seen += is_inside(mask, row + d_r, col + d_c, True)
-    return seen / max(count, 1)
+def _solid_share(solid: Mask, places: Array, directions: Array, reach: float) -> Array:
+    """Return the share of wall on lines (L, 2) that go on from places; one beside it counts."""
+    steps = np.arange(1, max(2, int(reach)) + 1)
+    across = np.stack([-directions[..., 1], directions[..., 0]], axis=-1)
+    on = places[..., None, :] + steps[:, None] * directions[..., None, :]
+    beside = np.array([0.0, -1.0, 1.0])[:, None, None]
+    found = marked(solid, on[..., None, :, :] + beside * across[..., None, None, :], False)
+    return np.asarray(found.any(axis=-2).mean(axis=-1))
 
 
-@njit(cache=True, nogil=True)
-def _solid_share(passable, unseen, row, col, d_r, d_c, reach):  # type: ignore[no-untyped-def]
-    """Return the share of wall on a line that goes on from a place; one beside it counts."""
-    solid, steps = 0, max(2, int(reach))
-    for k in range(1, steps + 1):
-        r, c = row + k * d_r, col + k * d_c
-        for offset in (0.0, -1.0, 1.0):
-            a, b = r - offset * d_c, c + offset * d_r
-            if not is_inside(passable, a, b, False) and not is_inside(unseen, a, b, True):
-                solid += 1
-                break
-    return solid / steps
+def _band_share(mask: Mask, lines: _Lines, band: float, is_across: bool) -> Array:
+    """
+    Return the share (L,) of the cells of bands around lines that lie in ``mask``.
 
-
-@njit(cache=True, nogil=True)
-def _thickness(passable, row, col, d_r, d_c, most):  # type: ignore[no-untyped-def]
-    """Return how far it is through what is not passable, both ways [cells]."""
-    if is_inside(passable, row, col, False):
-        return 0.0
-    total = 0.0
-    for sign in (-1.0, 1.0):
-        run = 0.0
-        while run < most and not is_inside(
-            passable, row + sign * run * d_r, col + sign * run * d_c, False
-        ):
-            run += 0.5
-        total += run
-    return total
-
-
-@njit(cache=True, nogil=True)
-def _band_share(mask, row, col, u_r, u_c, half, band, across):  # type: ignore[no-untyped-def]
-    """Return the share of a band's cells in ``mask``, or of the line's places that have any."""
-    along, wide = max(1, int(half)), max(1, int(band))
-    found, count = 0, 0
-    for k in range(-along, along + 1):
-        here = 0
-        for j in range(-wide, wide + 1):
-            here += is_inside(mask, row + k * u_r - j * u_c, col + k * u_c + j * u_r, False)
-        found += (here > 0) if across else here
-        count += 1 if across else 2 * wide + 1
-    return found / count
+    Or, ``is_across``, of the lines' places that have any of the mask across them.
+    """
+    if not mask.any():
+        return np.zeros(len(lines.ends))
+    half = 0.5 * lines.lengths + (0.0 if is_across else band)
+    reach, wide = np.maximum(half.astype(np.int64), 1), max(1, int(band))
+    count = 2 * reach + 1
+    line = np.repeat(np.arange(len(count)), count)
+    begin = np.cumsum(count) - count
+    along = (np.arange(len(line)) - begin[line] - reach[line])[:, None]
+    places = (lines.middles[line] + along * lines.along[line])[:, None]
+    offsets = np.arange(-wide, wide + 1)[:, None]
+    found = marked(mask, places + offsets * lines.across[line][:, None], False)
+    share = found.any(axis=1) if is_across else found.mean(axis=1)
+    return np.asarray(np.add.reduceat(share, begin, dtype=np.float64) / count)

@@ -18,7 +18,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +25,7 @@ from fpnet_core.raster.blocks import block_any, unblocked
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.pieces import label_figures, label_windows, looked_up, pieces_of
-from fpnet_core.raster.rays import cells_at, is_inside, run_length, values_at
+from fpnet_core.raster.rays import cells_at, marked, run_lengths, values_at
 from fpnet_core.segmentation.gaps import find_gaps
 
 Array = NDArray[np.float64]
@@ -63,6 +62,11 @@ _LOOSE_M = 0.03  # leaves and arcs may be off by so much [m]
 _STUB_CELLS = 1.5  # of a leaf at its hinge and an arc at its jamb so much stays
 _STEP = 0.5  # numerical: of a cell, at which a doorway is looked over
 _PLACES = 14  # numerical: where a leaf and an arc are looked at
+# All leaves that there may be (5, N): length and hinge over the doorway's length, side, face from
+# the wall's low to its high one, how far open.
+_LEAVES = np.stack(
+    np.meshgrid(np.outer([1.0, 0.5], _LENGTHS), (0, 1), (-1, 1), (0.0, 0.5, 1.0), _OPEN_RAD)
+).reshape(5, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,11 +197,10 @@ def _gap_doorways(walls: Mask, cell_m: float) -> Iterator[_Doorway]:
 
 def _depth(walls: Mask, ends: Array, along: Array, most: float) -> tuple[float, float] | None:
     """Return from where to where across a gap the walls at both its ends go; None if nowhere."""
-    low, high = -most, most
-    for end, sign in ((ends[0], -1.0), (ends[1], 1.0)):
-        row, col = end + 1.5 * sign * along
-        low = max(low, -run_length(walls, False, row, col, along[1], -along[0], most))
-        high = min(high, run_length(walls, False, row, col, -along[1], along[0], most))
+    across = np.array([[along[1], -along[0]], [-along[1], along[0]]])
+    starts = ends + 1.5 * np.array([[-1.0], [1.0]]) * along
+    runs = run_lengths(walls, False, starts[:, None], across, most).min(axis=0)
+    low, high = max(-most, -float(runs[0])), min(most, float(runs[1]))
     return (low, high) if _LEAST_LEAFED_CELLS <= high - low < most else None
 
 
@@ -232,9 +235,8 @@ def _hollow_doorways(
 def _jamb(ink: Mask, end: Array, along: Array, reach: float, cell_m: float) -> float:
     """Return how thick the line is that ends a doorway [cells], 0 where it is a filled wall."""
     across, most = np.array([-along[1], along[0]]), _LINE_M / cell_m
-    starts = (end + offset * across + 0.5 * along for offset in (-reach, 0.0, reach))
-    runs = [run_length(ink, False, row, col, along[0], along[1], most) for row, col in starts]
-    thick = float(np.median(runs))
+    starts = end + np.array([[-reach], [0.0], [reach]]) * across + 0.5 * along
+    thick = float(np.median(run_lengths(ink, False, starts, along, most)))
     return thick if thick < most else 0.0
 
 
@@ -266,7 +268,7 @@ def _lines(ink: Mask, way: _Doorway) -> int:
 def _swing(near: Mask, way: _Doorway) -> _Swing | None:
     """Return the leaf that stands open in a doorway, or both; None where none is drawn."""
     leaves = _hypotheses(way)
-    swept = _shown(near, way.start, way.along, leaves)
+    swept = _shown(near, way, leaves)
     is_whole = leaves[:, 0] > 0.75 * way.length
     chosen = _best(swept, is_whole, leaves[:, 1] == 0.0)
     if not len(chosen):
@@ -276,35 +278,33 @@ def _swing(near: Mask, way: _Doorway) -> _Swing | None:
     return _Swing(np.concatenate(parts), True)
 
 
-@njit(cache=True, nogil=True)
-def _shown(near, start, along, leaves):  # type: ignore[no-untyped-def]
+def _shown(near: Mask, way: _Doorway, leaves: Array) -> Array:
     """
     Return how much of the arcs of ``leaves (N, 5)`` is drawn (N,); 0 if only the leaf is, else -1.
 
     What lies beside a leaf and within its arc is mostly blank, or it is a pattern.
     """
+    share = np.linspace(0.0, 1.0, _PLACES)
+    out, turn = 0.2 + 0.75 * share, 0.1 + 0.85 * share
+
+    def drawn(chosen: Array, angle: Array | float, length: Array | float) -> Array:
+        """Return the share (N,) of places at angles from the doorway, lengths from the hinge."""
+        radius, hinge, side, at, _ = chosen.T[:, :, None]
+        u, v = radius * length * np.cos(angle), radius * length * np.sin(angle)
+        places = way.at(hinge + np.where(hinge == 0.0, u, -u), at + side * v)
+        return np.asarray(marked(near, places, False).mean(axis=1))
+
     found = np.full(len(leaves), -1.0)
-    for k in range(len(leaves)):
-        radius, hinge, side, at, opened = leaves[k]
-        ahead = 1.0 if hinge == 0.0 else -1.0
-        counts = np.zeros(5)
-        for n in range(_PLACES):
-            out = radius * (0.2 + 0.75 * n / (_PLACES - 1.0))
-            turn = opened * (0.1 + 0.85 * n / (_PLACES - 1.0))
-            for which in range(5):
-                if which < 3:
-                    angle, length = opened + (which - 1) * _BESIDE_RAD, out
-                else:
-                    angle, length = turn, radius if which == 3 else _SHORTER * radius
-                u = hinge + ahead * length * np.cos(angle)
-                v = at + side * length * np.sin(angle)
-                row = start[0] + u * along[0] - v * along[1]
-                col = start[1] + u * along[1] + v * along[0]
-                counts[which] += is_inside(near, row, col, False)
-        counts /= _PLACES
-        if counts[1] < _SWEPT or max(counts[0], counts[2]) >= _BARE:
-            continue
-        found[k] = counts[3] if counts[3] >= _SWEPT and counts[4] < _BARE else 0.0
+    is_leaf = np.flatnonzero(drawn(leaves, leaves[:, 4:], out) >= _SWEPT)
+    if not len(is_leaf):
+        return found
+    leaves = leaves[is_leaf]
+    opened = leaves[:, 4:]
+    before, after = (drawn(leaves, opened + by, out) for by in (-_BESIDE_RAD, _BESIDE_RAD))
+    arc, inner = (drawn(leaves, opened * turn, length) for length in (1.0, _SHORTER))
+    is_arc = (arc >= _SWEPT) & (inner < _BARE)
+    is_alone = np.maximum(before, after) < _BARE
+    found[is_leaf[is_alone]] = np.where(is_arc, arc, 0.0)[is_alone]
     return found
 
 
@@ -321,12 +321,9 @@ def _strokes(
 
 def _hypotheses(way: _Doorway) -> Array:
     """Return the leaves (N, 5) that there may be: length, hinge, side, face, how far open."""
-    middle = 0.5 * (way.low + way.high)
-    grids = np.meshgrid(
-        way.length * np.multiply.outer(np.array([1.0, 0.5]), np.array(_LENGTHS)),
-        (0.0, way.length), (-1.0, 1.0), (way.low, middle, way.high), _OPEN_RAD,
-    )  # fmt: skip
-    return np.stack([grid.ravel() for grid in grids], axis=1)
+    length, hinge, side, face, opened = _LEAVES
+    at = (1.0 - face) * way.low + face * way.high
+    return np.stack([way.length * length, way.length * hinge, side, at, opened], axis=1)
 
 
 def _best(swept: Array, is_whole: Mask, is_first: Mask) -> list[int]:

@@ -9,17 +9,19 @@ no saddle lies in the mouth.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 import math
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry.distinct import first_distinct
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.rays import draw_line, is_inside, run_length
+from fpnet_core.raster.rays import cells_at, draw_line, marked, run_lengths
 from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, Opening
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.int64]
 
 # Numerical: wider openings between the ends of walls are not looked at [m]; which of the others
 # part rooms is learned.
@@ -45,6 +47,7 @@ _INSET_M = 0.05
 # by the second length, at two of its four corners at least [m]: a line across a corridor has none.
 _DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3  # numerical
+_BITS = 20  # numerical: of a cell's row and column in a number that holds its outline, too
 _MIN_OPEN_CORNERS = 2
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6
@@ -52,82 +55,49 @@ _SAME_GAP_M = 0.6
 _ROOM_REACH_M = 0.5
 
 
-@njit(cache=True)
 def _open_corners(
-    free: NDArray[np.bool_],
-    row: float,
-    col: float,
-    along: tuple[float, float],
-    across: tuple[float, float],
-    length: float,
-    depth: float,
-    wider: float,
-) -> int:
-    """Count the corners of a gap behind which there is free space beyond its jamb."""
-    limit = 0.5 * length + wider
-    count = 0
-    for side in (-1.0, 1.0):
-        d_row, d_col = side * across[0], side * across[1]
-        if run_length(free, False, row, col, d_row, d_col, depth) < depth:
-            return 0
-        for end in (-1.0, 1.0):
-            is_open = True
-            for k in range(1, _DEPTHS + 1):
-                offset = side * depth * k / _DEPTHS
-                r, c = row + offset * across[0], col + offset * across[1]
-                if run_length(free, False, r, c, end * along[0], end * along[1], limit) < limit:
-                    is_open = False
-                    break
-            count += is_open
-    return count
+    free: Mask, middles: Array, along: Array, across: Array, limits: Array, depth: float
+) -> Cells:
+    """Count the corners of gaps (N,) behind which there is free space beyond their jambs."""
+    sides = np.array([-1.0, 1.0])[:, None]
+    is_deep = run_lengths(free, False, middles[:, None], sides * across[:, None], depth) >= depth
+    depths = np.arange(1, _DEPTHS + 1)[:, None, None, None, None]
+    offsets = depth / _DEPTHS * depths * sides[:, None]
+    starts = middles[:, None, None] + offsets * across[:, None, None]  # depth, gap, side, end
+    wide = run_lengths(free, False, starts, sides * along[:, None, None], limits[:, None, None])
+    is_open = (wide >= limits[:, None, None]).all(axis=0)
+    return np.where(is_deep.all(axis=1), is_open.sum(axis=(1, 2)), 0)
 
 
-@njit(cache=True)
-def _gaps_from(
-    free: NDArray[np.bool_],
-    solid: NDArray[np.bool_],
-    starts: NDArray[np.float64],
-    cell_m: float,
-    longest: float,
-    found: NDArray[np.float64],
-) -> int:
+def _gaps_from(free: Mask, solid: Mask, starts: Array, cell_m: float) -> Array:
     """
-    Continue walls' faces to the next wall; write the gaps' ends to ``found (S, 4)``, count them.
+    Continue walls' faces to the next wall; return the ends (N, 2, 2) of the gaps.
 
-    ``starts (S, 8)`` is a corner (row, col), the direction of the face that ends there, the
-    direction into the wall and the direction in which the gap is looked for.
+    ``starts (S, 4, 2)`` is a corner, the direction of the face that ends there, the direction into
+    the wall and the direction in which the gap is looked for.
     """
     inset, face = _INSET_M / cell_m, _FACE_M / cell_m
-    depth, wider = _DEPTH_M / cell_m, _WIDER_M / cell_m
-    count = 0
-    for k in range(len(starts)):
-        row, col, d_row, d_col, n_row, n_col, g_row, g_col = starts[k]
-        r, c = row + inset * (n_row - d_row), col + inset * (n_col - d_col)
-        if not is_inside(solid, r, c, True):
-            r, c = row - inset * d_row, col - inset * d_col
-        if run_length(solid, True, r, c, -d_row, -d_col, face - inset) < face - inset:
-            continue
-        skin = run_length(solid, True, r, c, g_row, g_col, 4.0 * inset + 2.0)
-        r, c = r + skin * g_row, c + skin * g_col
-        length = run_length(free, False, r, c, g_row, g_col, longest + 1.0)
-        if length * cell_m < MIN_DOOR_WIDTH_M or length > longest:
-            continue
-        far_r, far_c = r + length * g_row, c + length * g_col
-        if not is_inside(solid, far_r, far_c, True):
-            continue
-        mid_r, mid_c = 0.5 * (r + far_r), 0.5 * (c + far_c)
-        along, across = (g_row, g_col), (-g_col, g_row)
-        if _open_corners(free, mid_r, mid_c, along, across, length, depth, wider) < (
-            _MIN_OPEN_CORNERS
-        ):
-            continue
-        found[count, 0], found[count, 1] = r - 0.5 * g_row, c - 0.5 * g_col
-        found[count, 2], found[count, 3] = far_r - 0.5 * g_row, far_c - 0.5 * g_col
-        count += 1
-    return count
+    corners, along, into, ahead = starts.swapaxes(0, 1)
+    places = corners + inset * (into - along)
+    is_off = ~marked(solid, places, True)
+    places[is_off] = (corners - inset * along)[is_off]
+    is_face = run_lengths(solid, True, places, -along, face - inset) >= face - inset
+    places, ahead = places[is_face], ahead[is_face]
+    skin = run_lengths(solid, True, places, ahead, 4.0 * inset + 2.0)
+    places = places + skin[:, None] * ahead
+    lengths = run_lengths(free, False, places, ahead, GAP_WIDTH_M / cell_m + 1.0)
+    ends = places + lengths[:, None] * ahead
+    is_gap = (lengths * cell_m >= MIN_DOOR_WIDTH_M) & (lengths <= GAP_WIDTH_M / cell_m)
+    is_gap &= marked(solid, ends, True)
+    places, ends, ahead, lengths = places[is_gap], ends[is_gap], ahead[is_gap], lengths[is_gap]
+    across = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    limits = 0.5 * lengths + _WIDER_M / cell_m
+    middles, depth = 0.5 * (places + ends), _DEPTH_M / cell_m
+    is_open = _open_corners(free, middles, ahead, across, limits, depth) >= _MIN_OPEN_CORNERS
+    return np.stack([places - 0.5 * ahead, ends - 0.5 * ahead], axis=1)[is_open]
 
 
-def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64]]:
+def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[Array]:
     """
     Find the openings at which walls end.
 
@@ -144,139 +114,163 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64
     -------
     list of ends (2, 2) in fractional cells, narrowest gap first; no two cross each other
     """
-    starts = _wall_ends(free, cell_m)
-    found = np.empty((len(starts), 4))
-    longest = GAP_WIDTH_M / cell_m
-    count = _gaps_from(free, solid, starts, cell_m, longest, found)
-    candidates = found[:count].reshape(-1, 2, 2)
+    candidates = _gaps_from(free, solid, _wall_ends(free, cell_m), cell_m)
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
     candidates = candidates[np.argsort(lengths, kind='stable')]
-    distinct = candidates[_distinct(candidates, _SAME_GAP_M / cell_m)]
-    return list(distinct)
+    apart = _SAME_GAP_M / cell_m
+
+    def is_same(index: int, others: Cells) -> Mask:
+        return _is_same_gap(candidates[index], candidates[others], apart)
+
+    return list(candidates[first_distinct(len(candidates), is_same)])
 
 
-def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
-    """Return the rows (S, 8) that :func:`_gaps_from` starts at: the outlines' wall ends."""
+def _wall_ends(free: Mask, cell_m: float) -> Array:
+    """Return what :func:`_gaps_from` starts at (S, 4, 2): the outlines' wall ends."""
     blocked = np.pad((~free).astype(np.uint8), 1, constant_values=1)
     contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     epsilon = max(1.0, _STRAIGHTEN_M / cell_m)
-    starts = [np.zeros((0, 8))]
+    outlines, rings = [], []
     for contour in contours:
         corners = cv2.approxPolyDP(contour, epsilon, closed=True)
         if len(corners) >= 2:
-            outline = contour[:, 0, ::-1].astype(np.float64) - 1.0
-            ring = corners[:, 0, ::-1].astype(np.float64) - 1.0
-            starts.append(_ends_of_faces(outline, ring, cell_m))
-    return np.concatenate(starts)
+            outlines.append(contour[:, 0, ::-1].astype(np.int64) - 1)
+            rings.append(corners[:, 0, ::-1].astype(np.int64) - 1)
+    return _ends_of_faces(outlines, rings, cell_m) if rings else np.zeros((0, 4, 2))
 
 
-@njit(cache=True)
-def _ends_of_faces(
-    outline: NDArray[np.float64], ring: NDArray[np.float64], cell_m: float
-) -> NDArray[np.float64]:
+def _ends_of_faces(outlines: list[Cells], rings: list[Cells], cell_m: float) -> Array:
+    """Return what :func:`_wall_ends` does for the faces between the corners of outlines."""
+    counts = np.array([len(ring) for ring in rings])
+    begins = np.repeat(np.cumsum(counts) - counts, counts)
+    local = np.arange(len(begins)) - begins
+    size = np.repeat(counts, counts)
+    before, after = begins + (local - 1) % size, begins + (local + 1) % size
+    ring = np.concatenate(rings).astype(np.float64)
+    edges = ring[after] - ring
+    lengths = np.hypot(*edges.T)
+    # A thin spur's outline may visit a cell twice: such a face has no length and no direction.
+    edges /= np.maximum(lengths, 1.0)[:, None]
+    centres, along = _lines(outlines, counts, *_places(outlines, rings), edges, _SKIP_M / cell_m)
+    turns = np.arctan2(
+        along[before, 0] * along[:, 1] - along[before, 1] * along[:, 0],
+        (along[before] * along).sum(axis=1),
+    )
+    # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
+    is_end = (turns >= _TURN_RAD) | (np.abs(turns) >= _BACK_RAD)
+    is_bent = (turns > 0.0) & (turns < _BEND_RAD)
+    is_bent &= np.minimum(lengths, lengths[before]) >= _BENT_M / cell_m
+    own = np.arange(len(ring))
+    starts = np.empty((len(ring), 2, 4, 2))
+    is_kept = np.empty((len(ring), 2), np.bool_)
+    for which, (sign, face, beyond) in enumerate(((1.0, before, own), (-1.0, own, before))):
+        ahead = sign * along[face]
+        off = ((ring - centres[face]) * ahead).sum(axis=1)
+        starts[:, which, 0] = centres[face] + off[:, None] * ahead
+        starts[:, which, 1] = ahead
+        starts[:, which, 2] = np.stack([-along[face, 1], along[face, 0]], axis=1)
+        square = np.stack([along[beyond, 1], -along[beyond, 0]], axis=1)
+        starts[:, which, 3] = np.where(is_bent[:, None], square, ahead)
+        is_kept[:, which] = is_end & (lengths[face] >= _FACE_M / cell_m)
+    return starts[is_kept]
+
+
+def _places(outlines: list[Cells], rings: list[Cells]) -> tuple[Cells, Cells]:
     """
-    Return rows as of :func:`_wall_ends` for the faces between the corners ``ring`` of an outline.
+    Return at which of its outline's cells each corner lies (R,), and the next one of its ring.
 
-    A face's direction is that of the line through its cells, less those near its corners.
+    They go on beyond the outline's end, as often as corners that it visits twice ask for.
     """
-    least_face, bent, skip = _FACE_M / cell_m, _BENT_M / cell_m, _SKIP_M / cell_m
-    count, size = len(ring), len(outline)
-    places = np.empty(count + 1, dtype=np.int64)
-    at = 0
-    for k in range(count):
-        while outline[at % size, 0] != ring[k, 0] or outline[at % size, 1] != ring[k, 1]:
-            at += 1
-        places[k] = at
-    places[count] = places[0] + size
-    faces = np.empty((count, 4))
-    lengths = np.empty(count)
-    for k in range(count):
-        edge = ring[(k + 1) % count] - ring[k]
-        lengths[k] = np.hypot(edge[0], edge[1])
-        # A thin spur's outline may visit a cell twice: such a face has no length and no direction.
-        faces[k] = _line(outline, places[k], places[k + 1], skip, edge / max(lengths[k], 1.0))
-    rows = np.empty((2 * count, 8))
-    found = 0
-    for k in range(count):
-        behind, ahead = faces[k - 1, 2:], faces[k, 2:]
-        turn = np.arctan2(
-            behind[0] * ahead[1] - behind[1] * ahead[0],
-            behind[0] * ahead[0] + behind[1] * ahead[1],
-        )
-        # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
-        if turn < _TURN_RAD and abs(turn) < _BACK_RAD:
-            continue
-        for sign, face in ((1.0, k - 1), (-1.0, k)):
-            if lengths[face] >= least_face:
-                centre, along = faces[face, :2], sign * faces[face, 2:]
-                rows[found, :2] = centre + (ring[k] - centre) @ along * along
-                rows[found, 2:4] = along
-                rows[found, 4], rows[found, 5] = -sign * along[1], sign * along[0]
-                rows[found, 6:] = along
-                if 0.0 < turn < _BEND_RAD and min(lengths[k], lengths[k - 1]) >= bent:
-                    beyond = k if face == k - 1 else k - 1
-                    rows[found, 6], rows[found, 7] = faces[beyond, 3], -faces[beyond, 2]
-                found += 1
-    return rows[:found]
+    corners, cells = np.concatenate(rings) + 1, np.concatenate(outlines) + 1  # none is negative
+    is_corner = np.zeros(corners.max(axis=0) + 1, np.bool_)
+    is_corner[tuple(corners.T)] = True
+    is_within = np.flatnonzero((cells < is_corner.shape).all(axis=1))
+    visits = is_within[is_corner[tuple(cells[is_within].T)]]
+    sizes, counts = (np.array([len(part) for part in parts]) for parts in (outlines, rings))
+    begins = np.cumsum(sizes) - sizes
+    each = np.arange(len(sizes))
+    keys = _numbered(np.repeat(each, sizes)[visits], cells[visits])
+    order = np.argsort(keys, kind='stable')
+    asked = _numbered(np.repeat(each, counts), corners)
+    low, high = (np.searchsorted(keys[order], asked, side).tolist() for side in ('left', 'right'))
+    visited = visits[order].tolist()
+    first, last, corner = [], [], 0
+    for begin, size, count in zip(begins.tolist(), sizes.tolist(), counts.tolist(), strict=True):
+        at, places = 0, []
+        for k in range(corner, corner + count):
+            if high[k] - low[k] == 1:
+                at += (visited[low[k]] - begin - at) % size
+            else:
+                at += min((visit - begin - at) % size for visit in visited[low[k] : high[k]])
+            places.append(at)
+        corner += count
+        first += places
+        last += [*places[1:], places[0] + size]
+    return np.array(first), np.array(last)
 
 
-@njit(cache=True)
-def _line(
-    outline: NDArray[np.float64], first: int, last: int, skip: float, edge: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return centre and direction (4,) of the least-squares line, pointing as ``edge`` does."""
-    size = len(outline)
-    margin = min(int(skip), (last - first) // 4)
-    n, s_r, s_c, s_rr, s_rc, s_cc = 0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(first + margin, last - margin + 1):
-        r, c = outline[k % size] - outline[first % size]
-        n += 1
-        s_r, s_c = s_r + r, s_c + c
-        s_rr, s_rc, s_cc = s_rr + r * r, s_rc + r * c, s_cc + c * c
-    line = np.empty(4)
-    line[:2], line[2:] = outline[first % size], edge
-    if n == 0:  # a spur's outline passed the corner on its other visit of the cell
-        return line
-    v_rr, v_rc, v_cc = s_rr - s_r * s_r / n, s_rc - s_r * s_c / n, s_cc - s_c * s_c / n
-    line[:2] += np.array([s_r, s_c]) / n
-    if v_rr + v_cc == 0.0:
-        return line
-    angle = 0.5 * np.arctan2(2.0 * v_rc, v_cc - v_rr)
-    direction = np.array([np.sin(angle), np.cos(angle)])
-    line[2:] = direction if direction @ edge > 0.0 else -direction
-    return line
+def _numbered(outline: Cells, cells: Cells) -> Cells:
+    """Return one number (N,) for each cell (N, 2) of each outline (N,)."""
+    return (outline << _BITS | cells[:, 0]) << _BITS | cells[:, 1]
 
 
-@njit(cache=True)
-def _distinct(lines: NDArray[np.float64], apart: float) -> NDArray[np.bool_]:
-    """Tell which ``lines (C, 2, 2)`` neither cross an earlier one nor share its middle."""
-    kept = np.zeros(len(lines), dtype=np.bool_)
-    for k in range(len(lines)):
-        a = lines[k]
-        is_new = True
-        for j in range(k):
-            b = lines[j]
-            offset = a[0] + a[1] - b[0] - b[1]
-            if kept[j] and (
-                np.hypot(offset[0], offset[1]) < 2.0 * apart
-                or (
-                    _side(a[0], a[1], b[0]) * _side(a[0], a[1], b[1]) < 0.0
-                    and _side(b[0], b[1], a[0]) * _side(b[0], b[1], a[1]) < 0.0
-                )
-            ):
-                is_new = False
-                break
-        kept[k] = is_new
-    return kept
+def _lines(
+    outlines: list[Cells], counts: Cells, first: Cells, last: Cells, edges: Array, skip: float
+) -> tuple[Array, Array]:
+    """
+    Return centres and directions (R, 2) of least-squares lines, pointing as ``edges (R, 2)`` do.
+
+    Each is that of an outline's cells from the ``first (R,)`` to the ``last``, less those near its
+    ends; ``counts`` are the corners of each outline.
+    """
+    each = np.repeat(np.arange(len(counts)), counts)
+    sizes = np.array([len(outline) for outline in outlines])
+    size, begin = sizes[each], (np.cumsum(sizes) - sizes)[each]
+    cells = np.concatenate(outlines)
+    r, c = cells.T
+    sums = np.zeros((len(cells) + 1, 5), np.int64)
+    np.cumsum(np.stack([r, c, r * r, r * c, c * c], axis=1), axis=0, out=sums[1:])
+
+    def before(place: Cells) -> Cells:
+        rounds, at = np.divmod(place, size)
+        whole = rounds[:, None] * (sums[begin + size] - sums[begin])
+        return np.asarray(whole + sums[begin + at] - sums[begin])
+
+    margin = np.minimum(int(skip), (last - first) // 4)
+    n = np.maximum(last - first - 2 * margin + 1, 0)
+    s_r, s_c, s_rr, s_rc, s_cc = (before(last - margin + 1) - before(first + margin)).T
+    origin = cells[begin + first % size]
+    r, c = origin.T
+    # Counted from the face's first cell, in whole numbers: nothing is rounded yet.
+    s_rr, s_cc = s_rr - 2 * r * s_r + n * r * r, s_cc - 2 * c * s_c + n * c * c
+    s_rc = s_rc - r * s_c - c * s_r + n * r * c
+    s_r, s_c, least = s_r - n * r, s_c - n * c, np.maximum(n, 1)
+    v_rr, v_rc, v_cc = s_rr - s_r * s_r / least, s_rc - s_r * s_c / least, s_cc - s_c * s_c / least
+    # A spur's outline may have passed a corner on its other visit of the cell: no cells are left.
+    is_known = n > 0
+    centres = origin + np.where(is_known, [s_r, s_c] / least, 0.0).T
+    angles = 0.5 * np.arctan2(2.0 * v_rc, v_cc - v_rr)
+    along = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    along[(along * edges).sum(axis=1) <= 0.0] *= -1.0
+    is_line = is_known & (v_rr + v_cc != 0.0)
+    return centres, np.where(is_line[:, None], along, edges)
 
 
-@njit(cache=True)
-def _side(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> float:
+def _is_same_gap(line: Array, others: Array, apart: float) -> Mask:
+    """Tell which of ``others (N, 2, 2)`` cross a line (2, 2) or share its middle."""
+    offsets = line.sum(axis=0) - others.sum(axis=1)
+    (p, q), r, s = line, others[:, 0], others[:, 1]
+    is_crossed = (_side(p, q, r) * _side(p, q, s) < 0.0) & (_side(r, s, p) * _side(r, s, q) < 0.0)
+    return np.asarray((np.hypot(*offsets.T) < 2.0 * apart) | is_crossed)
+
+
+def _side(p: Array, q: Array, r: Array) -> Array:
     """Return the signed area that tells on which side of the line p-q the point r lies."""
-    return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+    along, off = q - p, r - p
+    return np.asarray(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
 
 
-def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mask:
+def closed_cells(shape: tuple[int, int], gaps: list[Array]) -> Mask:
     """Return the cells (H, W) of lines that no region crosses."""
     closed = np.zeros(shape, dtype=np.uint8)
     for ends in gaps:
@@ -284,66 +278,60 @@ def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mas
     return closed.astype(bool)
 
 
-@njit(cache=True, nogil=True)
-def _labels_beside(
-    labels: NDArray[np.int32], ends: NDArray[np.float64], reach: float
-) -> NDArray[np.int64]:
+def labels_beside(labels: NDArray[np.int32], places: Array, across: Array, reach: float) -> Cells:
     """
-    Return for each cell of the line the first labels (S, 2) met on both sides, 0 for none.
+    Return labels (2, R, S) on both sides of ``places (S, 2)`` of lines.
 
-    They are looked for up to ``reach`` cells away.
+    They lie a cell, two and so on ``across (S, 2)``, up to ``reach``; beyond the raster its edge
+    goes on.
     """
-    d_row, d_col = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
-    length = np.hypot(d_row, d_col)
-    count = max(3, int(np.rint(length)))
-    found = np.zeros((count, 2), np.int64)
-    for k in range(count):
-        share = k / (count - 1)
-        for side in range(2):
-            sign = -1.0 if side == 0 else 1.0
-            for offset in range(1, int(np.ceil(reach + 1.0))):
-                row = ends[0, 0] + share * d_row - sign * offset * d_col / length
-                col = ends[0, 1] + share * d_col + sign * offset * d_row / length
-                r = int(min(max(np.rint(row), 0), labels.shape[0] - 1))
-                c = int(min(max(np.rint(col), 0), labels.shape[1] - 1))
-                if labels[r, c] > 0:
-                    found[k, side] = labels[r, c]
-                    break
-    return found
+    offsets = np.arange(1, int(np.ceil(reach + 1.0)))[:, None, None] * across
+    both = np.stack([places - offsets, places + offsets])
+    return labels[cells_at(both, labels.shape)].astype(np.int64)
 
 
-def openings_across(
-    gaps: list[NDArray[np.float64]], labels: NDArray[np.int32], cell_m: float
-) -> list[Opening]:
+def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float) -> list[Opening]:
     """
     Return the openings between different rooms of ``labels (H, W)`` along ``gaps``.
 
     A gap onto which a partition opens is one opening on either side of the partition.
     """
-    openings = []
-    for ends in gaps:
-        pairs = _labels_beside(labels, ends, _ROOM_REACH_M / cell_m)
-        has_both = pairs.min(axis=1) > 0
-        if has_both.any():
-            pairs[~has_both] = -1
-        for first, last, pair in _stretches(pairs):
-            part = ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0])
-            width = float(np.hypot(*(part[1] - part[0])))
-            if pair[0] != pair[1] and width * cell_m >= MIN_DOOR_WIDTH_M:
-                low, high = sorted(pair)
-                openings.append(Opening((low, high), part, 0.5 * width * cell_m))
-    return openings
+    if not gaps:
+        return []
+    ends = np.array(gaps)
+    along = ends[:, 1] - ends[:, 0]
+    lengths = np.hypot(*along.T)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / lengths[:, None]
+    counts = np.maximum(np.rint(lengths).astype(np.int64), 3)
+    gap = np.repeat(np.arange(len(gaps)), counts)
+    shares = (np.arange(len(gap)) - (np.cumsum(counts) - counts)[gap]) / (counts[gap] - 1)
+    places = ends[gap, 0] + shares[:, None] * along[gap]
+    beside = labels_beside(labels, places, across[gap], _ROOM_REACH_M / cell_m)
+    # The first labels that are met on both sides, 0 for none.
+    nearest = np.argmax(beside > 0, axis=1)[:, None]
+    pairs = np.take_along_axis(beside, nearest, axis=1)[:, 0].T
+    gap, rooms, first, last = _stretches(gap, shares, pairs)
+    parts = ends[gap, :1] + np.stack([first, last], axis=1)[..., None] * along[gap, None]
+    widths = np.hypot(*(parts[:, 1] - parts[:, 0]).T)
+    is_opening = (rooms[:, 0] != rooms[:, 1]) & (widths * cell_m >= MIN_DOOR_WIDTH_M)
+    sorted_rooms = np.sort(rooms[is_opening], axis=1).tolist()
+    found = zip(sorted_rooms, parts[is_opening], widths[is_opening].tolist(), strict=True)
+    return [Opening((low, high), part, 0.5 * width * cell_m) for (low, high), part, width in found]
 
 
-def _stretches(pairs: NDArray[np.int64]) -> Iterator[tuple[float, float, tuple[int, int]]]:
-    """Yield begin, end (shares of the line) and rooms of equal rows; rows of -1 join either."""
-    known = np.flatnonzero(pairs[:, 0] >= 0)
-    steps = np.abs(np.diff(pairs[known], axis=0)).sum(axis=1)
-    changes = np.flatnonzero(steps) + 1
-    bounds = [0, *changes.tolist(), len(known)]
-    last = len(bounds) - 2
-    for k in range(len(bounds) - 1):
-        begin, end = known[bounds[k]], known[bounds[k + 1] - 1]
-        first = 0.0 if k == 0 else begin / (len(pairs) - 1)
-        until = 1.0 if k == last else end / (len(pairs) - 1)
-        yield first, until, (int(pairs[begin, 0]), int(pairs[begin, 1]))
+def _stretches(gap: Cells, shares: Array, pairs: Cells) -> tuple[Cells, Cells, Array, Array]:
+    """
+    Return gap (N,), rooms (N, 2), begin and end (N,) of equal ``pairs (S, 2)``, shares of the gap.
+
+    Where a gap has places with a room on both sides, the others join either stretch.
+    """
+    is_both = pairs.min(axis=1) > 0
+    has_both = np.bincount(gap, is_both) > 0
+    known = np.flatnonzero(is_both | ~has_both[gap])
+    gap, shares, pairs = gap[known], shares[known], pairs[known]
+    is_other = np.diff(gap) != 0
+    begin = np.flatnonzero(np.r_[True, is_other | (np.diff(pairs, axis=0) != 0).any(axis=1)])
+    end = np.r_[begin[1:] - 1, len(known) - 1]
+    first = np.where(np.r_[True, is_other][begin], 0.0, shares[begin])
+    last = np.where(np.r_[is_other, True][end], 1.0, shares[end])
+    return gap[begin], pairs[begin], first, last

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.raster.blocks import block_counts, unblocked
 from fpnet_core.raster.morphology import Mask, grown
-from fpnet_core.raster.pieces import look_up, looked_up, shared_cells
+from fpnet_core.raster.pieces import looked_up, shared_cells
 from fpnet_core.raster.windows import Window, window_of
 from fpnet_core.segmentation.lintels import Doorway
 from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
@@ -332,7 +332,7 @@ def _spliced(
         portals.append(_with(door.portal, door=len(regions), rooms=portal_rooms))
         regions.append(_with(door.region, id=len(regions)))
     reason = '' if rooms else part.reason
-    look_up(labels, lookup, labels)
+    labels = looked_up(labels, lookup)
     labels.setflags(write=False)  # or it would be copied
     return Segmentation(grid, labels, tuple(regions), tuple(portals), reason)
 

@@ -12,9 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
+
+from fpnet_core.raster.pieces import label_figures
+from fpnet_core.raster.windows import cells_of
 
 Array = NDArray[np.float64]
 Judge = Callable[[Array], Array]
@@ -51,8 +53,16 @@ class Pieces:
         frontier: NDArray[np.bool_], cell_m: float,
     ) -> Pieces:  # fmt: skip
         """Return the pieces of ``labels (h, w)`` with cells of ``cell_m``."""
-        count = int(labels.max(initial=0)) + 1
-        return cls(*_sums(labels, clearance, frontier, cell_m, count))
+        rows, cols = cells_of(labels != 0).T
+        piece = labels[rows, cols]
+        count = int(piece.max(initial=0)) + 1
+        r, c = rows * cell_m, cols * cell_m
+        sums = [np.bincount(piece, weights, count) for weights in (r, c, r * r, r * c, c * c)]
+        moments = cell_m**2 * np.stack([np.bincount(piece, minlength=count), *sums], axis=1)
+        _, peak = label_figures(labels, clearance, count)
+        peak[0] = 0.0
+        edge = np.bincount(piece[frontier[rows, cols]], minlength=count)
+        return cls(moments, peak.astype(np.float64), np.asarray(cell_m * edge))
 
     def joined(self, target: NDArray[np.int64]) -> Pieces:
         """Return the pieces after each has gone to its ``target (P,)``; the others are empty."""
@@ -62,28 +72,6 @@ class Pieces:
         np.add.at(frontier, target, self.frontier)
         np.maximum.at(peak, target, self.peak)
         return Pieces(moments, peak, frontier)
-
-
-@njit(cache=True, nogil=True)
-def _sums(labels, clearance, frontier, cell_m, count):  # type: ignore[no-untyped-def]
-    """Return the figures of :class:`Pieces`."""
-    moments, peak, edge = np.zeros((count, 6)), np.zeros(count), np.zeros(count)
-    area = cell_m**2
-    for row in range(labels.shape[0]):
-        for col in range(labels.shape[1]):
-            k = labels[row, col]
-            if k == 0:
-                continue
-            r, c = row * cell_m, col * cell_m
-            moments[k, 0] += area
-            moments[k, 1] += area * r
-            moments[k, 2] += area * c
-            moments[k, 3] += area * r * r
-            moments[k, 4] += area * r * c
-            moments[k, 5] += area * c * c
-            peak[k] = max(peak[k], clearance[row, col])
-            edge[k] += cell_m * frontier[row, col]
-    return moments, peak, edge
 
 
 @dataclass(frozen=True, eq=False)

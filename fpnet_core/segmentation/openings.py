@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import math
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.morphology import Mask, square
+from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import meeting_cells
+from fpnet_core.raster.rays import cells_at, run_lengths
 from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
@@ -37,10 +37,10 @@ _DIRECTIONS = 36
 _BOUNDING = 6  # numerical: of which every so many are tried first
 _STEP_CELLS = 0.25  # numerical: along a line
 _SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
-_ROOMY_CELLS = 4  # numerical: where all is free within so many cells, lines are looked at in leaps
+_ANGLES = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+_UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 
-Space = NDArray[np.uint8]
-"""What is free, see :func:`roominess`."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,88 +54,9 @@ class Opening:
     """
 
     rooms: tuple[int, int]
-    ends_rc: NDArray[np.float64]
+    ends_rc: Array
     clearance_m: float
     has_lintel: bool = False
-
-
-def roominess(free: Mask) -> Space:
-    """Return 0 (H, W) where cells are not ``free``, 2 where all within some cells are, else 1."""
-    cells = free.view(np.uint8)
-    kernel = square(2 * _ROOMY_CELLS + 1)
-    roomy = cv2.erode(cells, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    return np.asarray(cells + roomy)
-
-
-@njit(cache=True)
-def _narrowest_chord(
-    space: Space,
-    row: float,
-    col: float,
-    reach: float,
-    units: NDArray[np.float64],
-    bound: float,
-) -> tuple[float, float, float, float]:
-    """
-    Return the ends (row, col, row, col) of the shortest free chord through a point.
-
-    Where all are longer than ``bound``, it is only some chord that is. ``units (K, 2)`` are the
-    directions to try.
-    """
-    best = (row, col, row, col)
-    best_length = 1e18
-    # A few directions bound the length first, if nothing does: most are then given up early.
-    if bound == np.inf:
-        for k in range(0, len(units), _BOUNDING):
-            bound = min(bound, sum(_runs(space, row, col, reach, units[k, 0], units[k, 1], bound)))
-    for k in range(len(units)):
-        d_row, d_col = units[k, 0], units[k, 1]
-        limit = min(bound, best_length)
-        ahead, behind = _runs(space, row, col, reach, d_row, d_col, limit)
-        if ahead + behind < best_length:
-            best_length = ahead + behind
-            best = (
-                row + ahead * d_row,
-                col + ahead * d_col,
-                row - behind * d_row,
-                col - behind * d_col,
-            )
-    return best
-
-
-@njit(cache=True, inline='always')
-def _runs(
-    space: Space, row: float, col: float, reach: float, d_row: float, d_col: float, bound: float
-) -> tuple[float, float]:
-    """
-    Return how far a place's line is free ahead and behind, up to ``reach`` [cells].
-
-    Nothing is exact of a line longer than ``bound``, but that it is.
-    """
-    ahead = _run(space, row, col, d_row, d_col, reach, bound, 0.0)
-    return ahead, _run(space, row, col, -d_row, -d_col, reach, bound, ahead)
-
-
-@njit(cache=True, inline='always')
-def _run(
-    space: Space, row: float, col: float, d_row: float, d_col: float, reach: float,
-    bound: float, before: float,
-) -> float:  # fmt: skip
-    """Return how far it is free from a place on, up to ``reach``, ``before`` more to ``bound``."""
-    rows, cols = space.shape
-    leap = _ROOMY_CELLS - 1.0
-    run = 0.0
-    while run < reach and before + run <= bound:
-        r = int(np.floor(row + (run + _STEP_CELLS) * d_row + 0.5))
-        c = int(np.floor(col + (run + _STEP_CELLS) * d_col + 0.5))
-        if r < 0 or c < 0 or r >= rows or c >= cols or space[r, c] == 0:
-            break
-        run += _STEP_CELLS
-        # Where all is free around, so are the next places on the line.
-        while space[r, c] > 1 and run + leap < reach and before + run + leap <= bound:
-            run += leap
-            r, c = int(np.floor(row + run * d_row + 0.5)), int(np.floor(col + run * d_col + 0.5))
-    return run
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,20 +91,19 @@ def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[S
     ]
 
 
-def closing_line(saddle: Saddle, work: WorkRaster, space: Space) -> NDArray[np.float64]:
-    """Return the ends (2, 2) of the line in ``space (H, W)`` that closes a saddle's opening."""
-    row, col = ((k + 0.5) * work.stride - 0.5 for k in saddle.rc)
-    clearance = saddle.clearance_m / work.cell_m * work.stride
+def closing_lines(saddles: list[Saddle], work: WorkRaster, free: Mask) -> Array:
+    """Return the ends (S, 2, 2) of the lines in ``free (H, W)`` that close saddles' openings."""
+    places = (np.array([s.rc for s in saddles]).reshape(-1, 2) + 0.5) * work.stride - 0.5
+    clearance = np.array([s.clearance_m for s in saddles]) / work.cell_m * work.stride
     reach = _LINE_REACH * (clearance + work.stride)
-    slide = _SLIDE_M / work.cell_m * work.stride
-    return narrowest_line(space, (row, col), reach, slide, clearance)
+    return narrowest_lines(free, places, reach, _SLIDE_M / work.cell_m * work.stride, clearance)
 
 
-def narrowest_line(
-    space: Space, place: tuple[float, float], reach: float, slide: float, min_length: float
-) -> NDArray[np.float64]:
+def narrowest_lines(
+    free: Mask, places: Array, reach: Array, slide: float, min_length: Array
+) -> Array:
     """
-    Return the ends (2, 2) of the narrowest line across the doorway near ``place``.
+    Return the ends (N, 2, 2) of the narrowest lines across doorways near ``places (N, 2)``.
 
     A line through a place on the wall's face may miss the jambs and run along the wall
     instead: places up to ``slide`` away across the first line are tried as well, and of those
@@ -191,50 +111,62 @@ def narrowest_line(
 
     Parameters
     ----------
-    space : (H, W) what is free, see :func:`roominess`
-    place : row and column, fractional
-    reach, slide, min_length : cells; half the longest line, and the shortest line when sliding
+    free : (H, W), what may be crossed
+    places : row and column, fractional
+    reach, slide, min_length : cells; half the longest line (N,), the least when sliding (N,)
     """
-    ends = _slide_to_narrowest(space, float(place[0]), float(place[1]), reach, slide, min_length)
-    return np.array(ends).reshape(2, 2)
+    lines = _narrowest_chords(free, places, reach)[:, None]
+    along = lines[:, 0, 1] - lines[:, 0, 0]
+    length = np.hypot(*along.T)
+    offsets = np.arange(math.floor(2.0 * slide) + 1) - slide
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(1.0, length)[:, None]
+    others = places[:, None] + offsets[:, None] * across[:, None]
+    others = np.clip(others, 0.0, np.array(free.shape) - 1.0)
+    is_free = free[cells_at(others, free.shape)]
+    own = np.nonzero(is_free)[0]
+    bound = length[own] + _SAME_CELLS + _STEP_CELLS
+    chords = np.zeros((*is_free.shape, 2, 2))
+    chords[is_free] = _narrowest_chords(free, others[is_free], reach[own], bound)
+    lines = np.concatenate([lines, chords], axis=1)
+    lengths = np.hypot(*np.moveaxis(lines[:, :, 1] - lines[:, :, 0], -1, 0))
+    lengths[:, 1:][~is_free] = np.inf
+    lengths[lengths < np.minimum(min_length, length)[:, None]] = np.inf
+    is_narrow = lengths <= lengths.min(axis=1, keepdims=True) + _SAME_CELLS
+    middle = np.cumsum(is_narrow, axis=1) == is_narrow.sum(axis=1, keepdims=True) // 2 + 1
+    return np.asarray(lines[np.arange(len(lines)), np.argmax(middle, axis=1)])
 
 
-@njit(cache=True)
-def _slide_to_narrowest(
-    space: Space, row: float, col: float, reach: float, slide: float, min_length: float
-) -> tuple[float, float, float, float]:
-    """Carry out :func:`narrowest_line` in compiled code; long submaps ask for hundreds."""
-    units = np.empty((_DIRECTIONS, 2))
-    for k in range(_DIRECTIONS):
-        angle = np.pi * k / _DIRECTIONS
-        units[k] = np.sin(angle), np.cos(angle)
-    # As the bound of later ones is: Numba would compile a default apart.
-    first = _narrowest_chord(space, row, col, reach, units, np.inf)
-    d_row, d_col = first[2] - first[0], first[3] - first[1]
-    first_length = np.hypot(d_row, d_col)
-    unit = max(1.0, first_length)
-    count = int(np.floor(2.0 * slide)) + 2
-    lines = np.empty((count, 4))
-    lengths = np.full(count, np.inf)
-    lines[0, :] = first
-    lengths[0] = first_length
-    shortest = min(min_length, first_length)
-    least = first_length
-    for k in range(1, count):
-        offset = k - 1 - slide
-        r = min(max(row - offset * d_col / unit, 0.0), space.shape[0] - 1.0)
-        c = min(max(col + offset * d_row / unit, 0.0), space.shape[1] - 1.0)
-        if space[round(r), round(c)]:
-            chord = _narrowest_chord(space, r, c, reach, units, least + _SAME_CELLS + 1e-6)
-            lines[k, :] = chord
-            lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
-            if lengths[k] >= shortest:
-                least = min(least, lengths[k])
-    usable = (lengths >= shortest) & (lengths < np.inf)
-    least = lengths[usable].min()
-    narrow = np.flatnonzero(usable & (lengths <= least + _SAME_CELLS))
-    chosen = lines[narrow[len(narrow) // 2]]
-    return chosen[0], chosen[1], chosen[2], chosen[3]
+def _narrowest_chords(
+    free: Mask, places: Array, reach: Array, bound: Array | None = None
+) -> Array:
+    """
+    Return the ends (P, 2, 2) of the shortest free chord through each of ``places (P, 2)``.
+
+    Where all are longer than a ``bound (P,)``, it is only some chord that is.
+    """
+    if bound is None:  # a few directions bound the length first
+        runs = _chords(free, places, _UNITS[::_BOUNDING], reach, 2.0 * reach)
+        bound = np.sum(runs, axis=0).min(axis=1)
+    ahead, behind = _chords(free, places, _UNITS, reach, bound)
+    each, best = np.arange(len(places)), (ahead + behind).argmin(axis=1)
+    unit = _UNITS[best]
+    return np.stack(
+        [places + ahead[each, best, None] * unit, places - behind[each, best, None] * unit], axis=1
+    )
+
+
+def _chords(
+    free: Mask, places: Array, units: Array, reach: Array, bound: Array
+) -> tuple[Array, Array]:
+    """Return how far it is free ahead and behind (P, K); of more than ``bound`` that it is."""
+    starts, reach, limit = places[:, None], reach[:, None], bound[:, None] + 2.0 * _STEP_CELLS
+    ahead = _free_runs(free, starts, units, np.minimum(reach, limit))
+    return ahead, _free_runs(free, starts, -units, np.minimum(reach, limit - ahead))
+
+
+def _free_runs(free: Mask, starts: Array, units: Array, limits: Array) -> Array:
+    """Return how far it is free from a step ahead of ``starts`` on."""
+    return run_lengths(free, False, starts + _STEP_CELLS * units, units, limits, _STEP_CELLS)
 
 
 def find_openings(
@@ -263,5 +195,5 @@ def find_openings(
             for other in kept
         ):
             kept.append(saddle)
-    space = roominess(free)
-    return [Opening(s.rooms, closing_line(s, work, space), s.clearance_m) for s in kept]
+    lines = closing_lines(kept, work, free)
+    return [Opening(s.rooms, ends, s.clearance_m) for s, ends in zip(kept, lines, strict=True)]

@@ -20,10 +20,9 @@ from fpnet_core.segmentation.gaps import closed_cells, find_gaps, openings_acros
 from fpnet_core.segmentation.joining import DividingLines, Pieces, absorb_small, join_pieces
 from fpnet_core.segmentation.openings import (
     Opening,
-    closing_line,
+    closing_lines,
     find_openings,
     find_saddles_of_rooms,
-    roominess,
 )
 from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
@@ -101,8 +100,7 @@ def _lines(
     """Return all places where pieces meet, the saddles first, with what each shows."""
     passable = shut.free & ~shut.lintel
     saddles = find_saddles_of_rooms(labels, work)
-    space = roominess(passable)
-    ends = [closing_line(saddle, work, space) for saddle in saddles]
+    ends = list(closing_lines(saddles, work, passable))
     pairs = [saddle.rooms for saddle in saddles]
     full = upsample_labels(labels, work.stride, passable)
     for opening in openings_across(gaps, full, scene.cell_m):

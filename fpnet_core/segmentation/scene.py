@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -125,17 +124,11 @@ def clearance_m(
     than ``most_m`` it is only said that it is.
     """
     cells = cells_to_nearest(blocked, where=where, most=most_m / cell_m + 1.0)
-    _to_metres(cells, np.float32(cell_m), np.float32(credit_m))
+    cells -= 0.5
+    np.maximum(cells, 0.0, out=cells)
+    cells *= np.float32(cell_m)
+    cells += np.float32(credit_m)
     return cells
-
-
-@njit(cache=True, nogil=True)
-def _to_metres(cells: NDArray[np.float32], cell_m: np.float32, credit_m: np.float32) -> None:
-    """Make distances to cells' middles distances to their faces, in place."""
-    half, nothing = np.float32(0.5), np.float32(0.0)
-    for row in range(cells.shape[0]):
-        for col in range(cells.shape[1]):
-            cells[row, col] = max(cells[row, col] - half, nothing) * cell_m + credit_m
 
 
 def reduce_scene(scene: Scene) -> WorkRaster:

@@ -22,9 +22,9 @@ from fpnet_core.raster.pixels import (
 from fpnet_core.raster.rays import (
     cells_at,
     draw_line,
-    is_inside,
+    marked,
     nearest_cell,
-    run_length,
+    run_lengths,
     values_at,
 )
 from fpnet_core.raster.warping import warped_grid
@@ -116,12 +116,15 @@ def test_a_warped_grid_shows_the_same_in_place():
 def test_a_ray_runs_as_far_as_the_mask_goes():
     mask = np.zeros((20, 30), dtype=bool)
     mask[5, 3:18] = True
-    assert run_length(mask, False, 5.0, 3.0, 0.0, 1.0, 100.0) == pytest.approx(14.5)
-    assert run_length(mask, False, 5.0, 3.0, 0.0, 1.0, 4.0) == pytest.approx(4.0)
-    assert run_length(mask, False, 6.0, 3.0, 0.0, 1.0, 4.0) == 0.0
+    starts = np.array([[5.0, 3.0], [5.0, 3.0], [6.0, 3.0]])
+    ahead = np.array([0.0, 1.0])
+    runs = run_lengths(mask, False, starts, ahead, np.array([100.0, 4.0, 4.0]))
+    assert runs == pytest.approx([14.5, 4.0, 0.0])
+    assert run_lengths(mask, False, starts[:1], ahead, 100.0, step=0.25) == pytest.approx(14.5)
     mask[:] = True
-    assert run_length(mask, True, 5.0, 25.0, 0.0, 1.0, 40.0) == pytest.approx(40.0)
-    assert not is_inside(mask, 5.0, 29.6, False)
+    assert run_lengths(mask, True, np.array([5.0, 25.0]), ahead, 40.0) == pytest.approx(40.0)
+    places = np.array([[5.0, 29.6], [5.0, 29.4], [-0.6, 3.0]])
+    assert marked(mask, places, False).tolist() == [False, True, False]
 
 
 def test_places_beyond_the_edge_take_the_edge():
