@@ -51,9 +51,10 @@ _BEYOND_DEG = (-75.0, -50.0, -25.0, 0.0, 25.0, 50.0, 75.0)
 
 
 def at(values: Codes, places: Array) -> Codes:
-    """Return the values at the cells nearest to places (..., 2), none of them negative."""
-    cells = (places + 0.5).astype(np.int64)
-    return values[cells[..., 0], cells[..., 1]]
+    """Return the values at the cells nearest to places (..., 2); beyond the rim, the rim's."""
+    row, col = np.moveaxis((places + 0.5).astype(np.int64), -1, 0)
+    rows, cols = values.shape
+    return values[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)]
 
 
 def is_end(ink: Codes, tips: Array, u: Array) -> Mask:
