@@ -7,9 +7,11 @@ from __future__ import annotations
 from typing import TypeVar
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import unwritable
 from fpnet_core.raster.windows import framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -78,18 +80,25 @@ def unblocked(
 
 def thinned(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
     """Return mean (row, column) (P, 2) of the True cells in each block of ``spacing`` cells."""
-    bounds = []
-    for size in mask.shape:
-        block = (np.arange(size) / max(spacing, 1.0)).astype(np.int64)
-        bounds.append(np.flatnonzero(np.diff(block, prepend=-1, append=size)))
-    down, across = bounds
-    # Sums over all cells before each: what lies between two of them is looked up.
-    before = np.asarray(cv2.integral(mask.view(np.uint8)))
-    by_row = np.diff(np.diff(before[:, across]), axis=0)  # row, block
-    by_col = np.diff(np.diff(before[down], axis=0))  # block, column
-    cells = np.add.reduceat(by_row, down[:-1], axis=0)
-    row, col = (np.arange(size) for size in mask.shape)
-    row_sums = np.add.reduceat(by_row * row[:, None], down[:-1], axis=0)
-    col_sums = np.add.reduceat(by_col * col, across[:-1], axis=1)
-    is_any = cells > 0
-    return np.stack([row_sums[is_any], col_sums[is_any]], axis=1) / cells[is_any, None]
+    sums = _block_sums(unwritable(mask), max(spacing, 1.0)).reshape(-1, 3)
+    sums = sums[sums[:, 2] > 0]
+    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _block_sums(mask, spacing):  # type: ignore[no-untyped-def]
+    """Return sums of rows and of columns, and counts of True cells, by block (h, w, 3)."""
+    rows, cols = mask.shape
+    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
+    across = np.empty(cols, np.int64)
+    for col in range(cols):
+        across[col] = int(col / spacing)
+    for row in range(rows):
+        r = int(row / spacing)
+        for col in range(cols):
+            if mask[row, col]:
+                c = across[col]
+                sums[r, c, 0] += row
+                sums[r, c, 1] += col
+                sums[r, c, 2] += 1
+    return sums

@@ -68,7 +68,7 @@ def _along_rows(down, asked, step, beyond, out):  # type: ignore[no-untyped-def]
     lowest = np.empty((3, cols + 1), np.int64)
     for k in range(len(out)):
         near, is_asked = down[first + k * step], asked[(first + k * step) % len(asked)]
-        begin = 0
+        begin = np.int64(0)  # one kind of integer, or what it is handed to is compiled twice
         while begin < cols:
             end = begin
             while end < cols and is_asked[end]:

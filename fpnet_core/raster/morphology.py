@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -88,8 +89,26 @@ def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> ND
     ``into (H, W)`` is the mask. A step reaches as far as ``kernel (3, 3)``, which is symmetric. A
     cell that several labels reach in the same step takes the largest.
     """
-    values = labels.astype(np.float32)  # OpenCV grows no larger integers; exact below 2^24
-    for _ in range(steps):
-        np.copyto(values, cv2.dilate(values, kernel), where=into & (values == 0.0))
-    labels[:] = values
+    framing = framed(labels.astype(np.int32), (1, 1), (1, 1))
+    left = np.flatnonzero(framed(into & (labels == 0), (1, 1), (1, 1)))
+    covered = np.flatnonzero(kernel)
+    beside = (covered // 3 - 1) * framing.shape[1] + covered % 3 - 1
+    _spread(framing.reshape(-1), left, beside, steps)
+    labels[:] = framing[1:-1, 1:-1]
     return labels
+
+
+@njit(cache=True, nogil=True)
+def _spread(found, left, beside, steps):  # type: ignore[no-untyped-def]
+    """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
+    values, count = np.empty(len(left), np.int32), len(left)
+    for _ in range(steps):
+        for k in range(count):
+            values[k] = 0
+            for offset in beside:
+                values[k] = max(values[k], found[left[k] + offset])
+        before, count = count, 0
+        for k in range(before):
+            found[left[k]] = values[k]
+            left[count] = left[k]
+            count += values[k] == 0

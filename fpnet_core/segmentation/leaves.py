@@ -4,14 +4,20 @@
 Leaves of doors that are drawn half open, without an arc.
 
 A thin line that hangs at the end of a wall and ends freely, with a gap beside it that is as wide
-as it is long, and a wall that begins beyond: a leaf is a line, and walls are none. Kernels of
+as it is long, and a wall that begins beyond: a leaf is a line, and walls are none. Used by
 :mod:`fpnet_core.segmentation.strokes`, which says what ``lines`` and ``ink`` are.
 """
 
 from __future__ import annotations
 
-from numba import njit
 import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Lengths = NDArray[np.int64]
+Codes = NDArray[np.uint8]
+"""Squared distances (H, W) to the nearest cell that is drawn, see ``near_code``."""
 
 NEAR = 2
 """How far ink may lie from where a symbol says, at most [cells squared]. Chosen."""
@@ -44,105 +50,94 @@ _ACROSS = 2  # a leaf's thickness is counted so far to both sides [cells]
 _BEYOND_DEG = (-75.0, -50.0, -25.0, 0.0, 25.0, 50.0, 75.0)
 
 
-@njit(cache=True, nogil=True, inline='always')
-def at(values, row, col):  # type: ignore[no-untyped-def]
-    """Return the value at the cell nearest to a place, counted from the padding's corner."""
-    return values[int(row + 0.5), int(col + 0.5)]
+def at(values: Codes, places: Array) -> Codes:
+    """Return the values at the cells nearest to places (..., 2); beyond the rim, the rim's."""
+    row, col = np.moveaxis((places + 0.5).astype(np.int64), -1, 0)
+    rows, cols = values.shape
+    return values[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)]
 
 
-@njit(cache=True, nogil=True)
-def is_end(ink, row, col, u):  # type: ignore[no-untyped-def]
-    """Tell whether no line goes on along ``u``, nor nearly so, from a leaf's tip."""
-    for angle_deg in _BEYOND_DEG:
-        v = _turned(u, angle_deg)
-        if at(ink, row + FLANK * v[0], col + FLANK * v[1]) <= NEAR:
-            return False
-    return True
+def is_end(ink: Codes, tips: Array, u: Array) -> Mask:
+    """Tell whether no line goes on along ``u (N, 2)``, nor nearly so, from leaves' tips (N, 2)."""
+    beyond = [at(ink, tips + FLANK * _turned(u, angle_deg)) > NEAR for angle_deg in _BEYOND_DEG]
+    return np.asarray(np.logical_and.reduce(beyond))
 
 
-@njit(cache=True, nogil=True)
-def is_ajar(lines, ink, hinge, u, length, beside, thick):  # type: ignore[no-untyped-def]
+def is_ajar(
+    lines: Codes, ink: Codes, hinges: Array, u: Array, length: Lengths, beside: Array, thick: float
+) -> Mask:
     """
-    Tell whether a line of ``length`` from a hinge along ``u`` is a leaf that stands half open.
+    Tell whether lines of ``length (N,)`` from hinges along ``u (N, 2)`` are leaves half open.
 
-    ``beside (K, 2)`` are places along and across it that are blank; it is at most ``thick``.
+    ``beside (N, K, 2)`` are places along and across one that are blank; it is at most ``thick``.
     """
-    if length < _LEAST_CELLS:
-        return False
+    left = np.flatnonzero(length >= _LEAST_CELLS)
+    left = left[_is_thin(lines, ink, hinges[left], u[left], length[left], thick)]
+    is_beside = is_drawn(ink, hinges[left], u[left], _across(u[left]), beside[left])
+    left = left[~is_beside.any(axis=1)]
+    found = np.zeros(len(hinges), np.bool_)
     for opened in _AJAR_DEG:
         for side in (-1.0, 1.0):
-            w = _turned(u, side * opened)
-            if (
-                _is_gap(ink, hinge, w, length)
-                and _has_jambs(lines, ink, hinge, w, side, length)
-                and _is_thin(lines, ink, hinge, u, length, thick)
-                and _is_blank_beside(ink, hinge, u, beside)
-            ):
-                return True
-    return False
+            w = _turned(u[left], side * opened)
+            is_gap = _is_gap(ink, hinges[left], w, length[left])
+            own, w = left[is_gap], w[is_gap]
+            found[own] |= _has_jambs(lines, ink, hinges[own], w, side, length[own])
+    return found
 
 
-@njit(cache=True, nogil=True)
-def _turned(u, angle_deg):  # type: ignore[no-untyped-def]
-    """Return a direction turned by an angle."""
-    cs, sn = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return u[0] * cs - u[1] * sn, u[0] * sn + u[1] * cs
+def is_drawn(ink: Codes, origins: Array, u: Array, v: Array, places: Array) -> Mask:
+    """Tell which ``places (..., K, 2)``, along ``u`` and ``v (..., 2)``, hold ink (..., K)."""
+    along, across = places[..., :1] * u[..., None, :], places[..., 1:] * v[..., None, :]
+    return np.asarray(at(ink, origins[..., None, :] + along + across) == 0)
 
 
-@njit(cache=True, nogil=True)
-def _is_gap(ink, hinge, w, length):  # type: ignore[no-untyped-def]
-    """Tell whether nothing is drawn along ``w`` from a hinge on, nor a little beside that."""
-    for share in _GAP:
-        for side in (0.0, -_GAP_SIDE, _GAP_SIDE):
-            row = hinge[0] + length * share * (w[0] - side * w[1])
-            col = hinge[1] + length * share * (w[1] + side * w[0])
-            if at(ink, row, col) == 0:
-                return False
-    return True
+def _across(u: Array) -> Array:
+    """Return directions (N, 2) turned by a right angle."""
+    return np.stack([-u[:, 1], u[:, 0]], axis=1)
 
 
-@njit(cache=True, nogil=True)
-def _is_blank_beside(ink, hinge, u, beside):  # type: ignore[no-untyped-def]
-    """Tell whether none of ``beside (K, 2)``, along and across a leaf, is drawn."""
-    for a, b in beside:
-        if at(ink, hinge[0] + a * u[0] - b * u[1], hinge[1] + a * u[1] + b * u[0]) == 0:
-            return False
-    return True
+def _turned(u: Array, angle_deg: float) -> Array:
+    """Return directions (N, 2) turned by an angle."""
+    angle = np.radians(angle_deg)
+    return np.asarray(np.cos(angle) * u + np.sin(angle) * _across(u))
 
 
-@njit(cache=True, nogil=True)
-def _is_thin(lines, ink, hinge, u, length, thick):  # type: ignore[no-untyped-def]
-    """Tell whether a leaf is a line throughout, ``thick`` at most."""
-    cells = 0
-    for share in LEAF:
-        row, col = hinge[0] + share * length * u[0], hinge[1] + share * length * u[1]
-        if at(lines, row, col) > NEAR:
-            return False
-        for offset in range(-_ACROSS, _ACROSS + 1):
-            cells += at(ink, row - offset * u[1], col + offset * u[0]) == 0
-    return cells <= thick * len(LEAF)
+def _is_gap(ink: Codes, hinges: Array, w: Array, length: Lengths) -> Mask:
+    """Tell whether nothing is drawn along ``w`` from hinges on, nor a little beside that."""
+    along = np.repeat(_GAP, 3)
+    across = np.outer(_GAP, (0.0, -_GAP_SIDE, _GAP_SIDE)).ravel()
+    places = length[:, None, None] * np.stack([along, across], axis=1)
+    return np.asarray(~is_drawn(ink, hinges, w, _across(w), places).any(axis=1))
 
 
-@njit(cache=True, nogil=True)
-def _has_jambs(lines, ink, hinge, w, side, length):  # type: ignore[no-untyped-def]
-    """Tell whether a wall ends behind a hinge, and one about a leaf's length before it."""
+def _is_thin(
+    lines: Codes, ink: Codes, hinges: Array, u: Array, length: Lengths, thick: float
+) -> Mask:
+    """Tell whether leaves are lines throughout, ``thick`` at most."""
+    places = hinges + np.array(LEAF)[:, None, None] * length[:, None] * u
+    offsets = np.arange(-_ACROSS, _ACROSS + 1)[:, None, None, None]
+    cells = (at(ink, places + offsets * _across(u)) == 0).sum(axis=(0, 1))
+    is_line = (at(lines, places) <= NEAR).all(axis=0)
+    return np.asarray(is_line & (cells <= thick * len(LEAF)))
+
+
+def _has_jambs(
+    lines: Codes, ink: Codes, hinges: Array, w: Array, side: float, length: Lengths
+) -> Mask:
+    """Tell whether a wall ends behind hinges, and one about a leaf's length before them."""
+    found = np.zeros(len(hinges), np.bool_)
     for within in _WITHIN:
         # Away from the leaf, which is turned to this side by opening.
-        end = (hinge[0] - side * within * w[1], hinge[1] + side * within * w[0])
-        if not _is_wall(lines, ink, end, (-w[0], -w[1]), length):
-            continue
-        for share in _JAMB:
-            jamb = (end[0] + share * length * w[0], end[1] + share * length * w[1])
-            if at(ink, jamb[0], jamb[1]) == 0 and _is_wall(lines, ink, jamb, w, length):
-                return True
-    return False
+        ends = hinges + side * within * _across(w)
+        own = np.flatnonzero(_is_wall(lines, ink, ends, -w, length))
+        jambs = ends[own] + np.array(_JAMB)[:, None, None] * length[own, None] * w[own]
+        is_jamb = (at(ink, jambs) == 0) & _is_wall(lines, ink, jambs, w[own], length[own])
+        found[own] |= is_jamb.any(axis=0)
+    return found
 
 
-@njit(cache=True, nogil=True)
-def _is_wall(lines, ink, end, along, length):  # type: ignore[no-untyped-def]
-    """Tell whether ink goes on from an end, thicker than lines are."""
-    for share in _WALL:
-        row, col = end[0] + share * length * along[0], end[1] + share * length * along[1]
-        if at(ink, row, col) != 0 or at(lines, row, col) == 0:
-            return False
-    return True
+def _is_wall(lines: Codes, ink: Codes, ends: Array, along: Array, length: Lengths) -> Mask:
+    """Tell whether ink goes on from ends (..., N, 2), thicker than lines are."""
+    shares = np.array(_WALL).reshape(-1, *[1] * ends.ndim)
+    places = ends + shares * length[:, None] * along
+    return np.asarray(((at(ink, places) == 0) & (at(lines, places) != 0)).all(axis=0))

@@ -10,12 +10,24 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import unwritable
+from fpnet_core.geometry.distinct import first_distinct
 from fpnet_core.raster.blocks import block_any, unblocked
 from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 from fpnet_core.raster.windows import cells_of
-from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, REACH, at, is_ajar, is_end
+from fpnet_core.segmentation.leaves import (
+    FLANK,
+    LEAF,
+    MAX_BEND,
+    NEAR,
+    REACH,
+    Codes,
+    is_ajar,
+    is_drawn,
+    is_end,
+)
 
 # Chosen, not measured:
 # Lines are about as thin as this [m] or one cell, oblique ones half of one more; filled walls are
@@ -26,8 +38,13 @@ _LEAF_M = (0.6, 1.6)
 # Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
+_ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+_UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
+_FAR = 1024.0  # numerical
+_OFF = np.sqrt(np.arange(4.0).astype(np.float32))  # given: distances of codes [cells]
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
+_ARC = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
 # How far leaf and arc may be off on average [cells].
 _MAX_MISFIT = 0.7
 # Where a symbol is looked at for being blank: angles from the leaf, shares of the radius.
@@ -78,11 +95,10 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
     tips = cells_of(lines)
-    arc = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
     thick = max(_LINE_M / cell_m, _LEAST_LINE)
-    found = _search(near_lines, near_ink, tips, margin, arc, first, blanks, thick)
-    # Tips are searched one by one, which is gentle to the cache, and listed by direction.
-    return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
+    found = _search(near_lines, near_ink, tips + margin, first, blanks, thick)
+    found[:, 1:3] -= margin
+    return found
 
 
 @lru_cache(maxsize=4)
@@ -109,126 +125,121 @@ def _blank_places(radius: float, depth: float) -> Array:
     return np.stack([part.reshape(-1, 2) for part in (sector, arc, leaf, doorway)])
 
 
-@njit(cache=True, nogil=True)
-def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignore[no-untyped-def]
+def _search(
+    lines: Codes, ink: Codes, tips: NDArray[np.int64], first: int, blanks: Array, thick: float
+) -> Array:
     """
     Try each cell of a line as a leaf's tip, in all directions and with both sides.
 
     ``lines`` and ``ink`` hold squared distances of at most 2, or 3, with a margin all around.
-    Leaves without an arc have side 0, and come after all others.
+    Leaves without an arc have side 0. Returns symbols (N, 6), by direction.
     """
-    found = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(0)]
-    off = np.sqrt(np.arange(4.0).astype(np.float32))
-    angles = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    sines, cosines = np.sin(angles), np.cos(angles)
-    # Most directions end here: whole cells are looked up for them, in one row of all.
+    tip, way, misfit = _straight(ink, tips, first, first + len(blanks) - 1)
+    ends = is_end(ink, tips[tip].astype(np.float64), _UNITS[way])
+    line, longer = np.nonzero(np.isfinite(misfit[:, first - 1 :]))
+    length, misfit = longer + first, misfit[line, longer + first - 1]
+    tip, u, angle = tips[tip[line]].astype(np.float64), _UNITS[way[line]], _ANGLES[way[line]]
+    hinges = tip - length[:, None] * u
+    arcs = np.empty((len(line), 2))
+    _arc_misfits(unwritable(lines), hinges, u, length, _ARC, arcs)
+    score = misfit[:, None] / length[:, None] + arcs
+    found, which = np.nonzero(score <= _MAX_MISFIT)
+    side = 2.0 * which - 1.0
+    v = side[:, None] * np.stack([u[found, 1], -u[found, 0]], axis=1)
+    is_blank = _is_blank(ink, hinges[found], u[found], v, blanks[longer[found]])
+    found, score, side = found[is_blank], score[found, which][is_blank], side[is_blank]
+    ajar = np.flatnonzero(ends[line] & (misfit <= MAX_BEND * length))
+    beside = blanks[longer[ajar], 2]
+    ajar = ajar[is_ajar(lines, ink, hinges[ajar], u[ajar], length[ajar], beside, thick)]
+    score = np.concatenate([score, misfit[ajar] / length[ajar] + _MAX_MISFIT])
+    side = np.concatenate([side, np.zeros(len(ajar))])
+    found = np.concatenate([found, ajar])
+    symbols = np.column_stack([score, tip[found], angle[found], length[found], side])
+    return np.asarray(symbols[np.lexsort([side == 0.0, found, angle[found]])])
+
+
+def _straight(
+    ink: Codes, tips: NDArray[np.int64], first: int, last: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """
+    Return the straight lines of ``first`` to ``last`` cells that end at ``tips (K, 2)``.
+
+    Numbers of their tips and directions (N,), and how far a line of so many cells is off in all
+    (N, last), infinite where none is drawn.
+    """
     flat, cols = ink.reshape(-1), ink.shape[1]
-    beyond = _rounded(FLANK * sines) * cols + _rounded(FLANK * cosines)
-    least = _rounded(-first * sines) * cols + _rounded(-first * cosines)
-    for tip_row, tip_col in tips:
-        row, col = float(tip_row + margin), float(tip_col + margin)
-        cell = (tip_row + margin) * cols + tip_col + margin
-        for k in range(_DIRECTIONS):
-            if flat[cell + beyond[k]] <= NEAR or flat[cell + least[k]] > NEAR:
+    cells = tips[:, 0] * cols + tips[:, 1]
+    # Whole cells are looked up in one row of all. Counted from far off: exactly between two cells
+    # the same one is taken as from tips.
+    steps = np.floor(_FAR - np.arange(1, last + 1)[:, None, None] * _UNITS + 0.5) - _FAR
+    steps = (steps[..., 0] * cols + steps[..., 1]).astype(np.int64)
+    beyond, least = (
+        np.floor(by * _UNITS + 0.5).astype(np.int64) @ (cols, 1) for by in (FLANK, -first)
+    )
+    is_line = np.zeros((len(cells), _DIRECTIONS), np.bool_)
+    _mark_lines(unwritable(flat), cells, steps[:first], beyond, least, is_line)
+    tip, way = np.divmod(np.flatnonzero(is_line), _DIRECTIONS)
+    codes = flat[cells[tip][:, None] + steps[:, way].T]
+    misfit = np.cumsum(_OFF[codes], axis=1, dtype=np.float64)
+    misfit[np.logical_or.accumulate(codes > NEAR, axis=1)] = np.inf
+    return tip, way, misfit
+
+
+@njit(cache=True, nogil=True)
+def _mark_lines(ink, cells, steps, beyond, least, is_line):  # type: ignore[no-untyped-def]
+    """Mark the directions in which there is ink at all ``steps (S, D)`` from cells, not beyond."""
+    for tip in range(len(cells)):
+        for way in range(len(least)):
+            if ink[cells[tip] + beyond[way]] <= NEAR or ink[cells[tip] + least[way]] > NEAR:
                 continue
-            u, misfit, ends = (sines[k], cosines[k]), 0.0, False
-            for length in range(1, first + len(blanks)):
-                hinge = (row - length * u[0], col - length * u[1])
-                code = at(ink, hinge[0], hinge[1])
-                if code > NEAR:
-                    break
-                misfit += off[code]
-                if length < first:
-                    continue
-                if length == first:
-                    ends = is_end(ink, row, col, u)
-                for side in (-1.0, 1.0):
-                    v = (u[1] * side, -u[0] * side)
-                    score = misfit / length + _arc_misfit(lines, off, hinge, u, v, length, arc)
-                    if score <= _MAX_MISFIT and _is_blank(
-                        ink, hinge, u, v, blanks[length - first]
-                    ):
-                        tip = (float(tip_row), float(tip_col))
-                        found.append((score, tip[0], tip[1], angles[k], float(length), side))
-                beside = blanks[length - first, 2]
-                if (
-                    ends
-                    and misfit <= MAX_BEND * length
-                    and is_ajar(lines, ink, hinge, u, length, beside, thick)
-                ):
-                    score, tip = misfit / length + _MAX_MISFIT, (float(tip_row), float(tip_col))
-                    found.append((score, tip[0], tip[1], angles[k], float(length), 0.0))
-    return _listed(found)
+            step = 0
+            while step < len(steps) and ink[cells[tip] + steps[step, way]] <= NEAR:
+                step += 1
+            is_line[tip, way] = step == len(steps)
 
 
-@njit(cache=True, nogil=True)
-def _listed(found):  # type: ignore[no-untyped-def]
-    """Return symbols (N, 6) that were found one after the other."""
-    listed = np.empty((len(found), 6))
-    for n in range(len(found)):
-        for column in range(6):
-            listed[n, column] = found[n][column]
-    return listed
-
-
-@njit(cache=True, nogil=True)
-def _rounded(cells):  # type: ignore[no-untyped-def]
-    """Return whole numbers of cells (K,)."""
+def _rounded(cells: Array) -> NDArray[np.int64]:
+    """Return whole numbers of cells (...)."""
     return np.floor(cells + 0.5).astype(np.int64)
 
 
 @njit(cache=True, nogil=True)
-def _arc_misfit(lines, off, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
-    """Return the mean distance [cells] of an arc from lines, infinite where it is not drawn."""
-    total = 0.0
-    for k in range(len(arc)):
-        a, b = radius * arc[k, 0], radius * arc[k, 1]
-        code = at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
-        if code > NEAR:
-            return np.inf
-        total += off[code]
-    return total / len(arc)
+def _arc_misfits(lines, hinges, u, radii, arc, misfits):  # type: ignore[no-untyped-def]
+    """Write the mean distances (N, 2) [cells] of both sides' arcs from lines, infinite of none."""
+    for n in range(len(hinges)):
+        for which in range(2):
+            side, total = 2.0 * which - 1.0, 0.0
+            for k in range(len(arc)):
+                a, b = radii[n] * arc[k, 0], radii[n] * arc[k, 1] * side
+                row = hinges[n, 0] + a * u[n, 0] + b * u[n, 1]
+                code = lines[int(row + 0.5), int(hinges[n, 1] + a * u[n, 1] - b * u[n, 0] + 0.5)]
+                total += np.sqrt(np.float32(code))
+                if code > NEAR:
+                    total = np.inf
+                    break
+            misfits[n, which] = total / len(arc)
 
 
-@njit(cache=True, nogil=True)
-def _is_blank(ink, origin, u, v, blanks):  # type: ignore[no-untyped-def]
-    """Tell whether hardly any place of each of ``blanks (4, K, 2)``, in u and v, holds ink."""
-    for places in blanks:
-        clutter = 0
-        for a, b in places:
-            row, col = origin[0] + a * u[0] + b * v[0], origin[1] + a * u[1] + b * v[1]
-            clutter += at(ink, row, col) == 0
-        if clutter > _MAX_CLUTTER * len(places):
-            return False
-    return True
+def _is_blank(ink: Codes, origins: Array, u: Array, v: Array, blanks: Array) -> Mask:
+    """Tell whether hardly any place of each of ``blanks (N, 4, K, 2)``, in u and v, holds ink."""
+    clutter = is_drawn(ink, origins[:, None], u[:, None], v[:, None], blanks).sum(axis=2)
+    return np.asarray((clutter <= _MAX_CLUTTER * blanks.shape[2]).all(axis=1))
 
 
 def _distinct(found: Array, apart: float) -> Array:
     """Return of each group of symbols with nearly the same tip the one that fits best."""
     ordered = found[np.argsort(found[:, 0], kind='stable')]
-    return ordered[_is_first(ordered, apart)]
+    tips, angles, radii, sides = ordered[:, 1:3], *ordered[:, 3:].T
+    hinges = tips - radii[:, None] * np.stack([np.sin(angles), np.cos(angles)], axis=1)
 
+    def is_same(index: int, others: NDArray[np.int64]) -> Mask:
+        # A leaf without an arc has no arc around it either.
+        is_around = (sides[others] == 0.0) & (sides[index] != 0.0)
+        apart_from = np.where(is_around[:, None], hinges[index], tips[index])
+        reach = np.where(is_around, radii[index] + apart, apart)
+        return np.asarray(np.hypot(*(tips[others] - apart_from).T) <= reach)
 
-@njit(cache=True, nogil=True)
-def _is_first(symbols: Array, apart: float) -> Mask:
-    """
-    Tell which symbols (N, 6) have no kept earlier one's tip near by.
-
-    One without an arc has no arc around it either.
-    """
-    kept = np.zeros(len(symbols), dtype=np.bool_)
-    for k in range(len(symbols)):
-        kept[k] = True
-        for j in range(k):
-            row, col = symbols[k, 1:3] - symbols[j, 1:3]
-            near = apart
-            if symbols[k, 5] == 0.0 and symbols[j, 5] != 0.0:
-                angle, near = symbols[j, 3], symbols[j, 4] + apart
-                row, col = row + symbols[j, 4] * np.sin(angle), col + symbols[j, 4] * np.cos(angle)
-            if kept[j] and np.hypot(row, col) <= near:
-                kept[k] = False
-                break
-    return kept
+    return ordered[first_distinct(len(ordered), is_same)]
 
 
 def _drawn(symbols: Array, shape: tuple[int, ...]) -> Mask:

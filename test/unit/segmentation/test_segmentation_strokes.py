@@ -9,6 +9,7 @@ from real_data import DATA, needs
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation.leaves import at
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.drawn.render import render_plan
@@ -161,3 +162,9 @@ def test_chairs_in_a_doorway_may_go_and_walls_stay(seed):
     assert (erased >= furnished).all()
     assert not (erased & ~furnished & ~bare).any()
     assert (erased != furnished).sum() < 1e-3 * bare.sum()
+
+
+def test_beyond_the_rim_is_what_the_rim_shows():
+    values = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    places = np.array([[[0.4, 3.6], [-2.0, 1.0]], [[7.3, 2.0], [1.6, -9.0]]])
+    np.testing.assert_array_equal(at(values, places), [[3, 1], [10, 8]])
