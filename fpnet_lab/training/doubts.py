@@ -28,7 +28,7 @@ from fpnet_core.drawings.pictures.doubts import (
     ROOM_FIGURES,
     SHEET_FIGURES,
     DoubtModel,
-    Evidence,
+    SheetEvidence,
     Regression,
     best_overlap,
     evidence_of,
@@ -71,9 +71,9 @@ class DoubtTrial:
     whole: Array
 
     @property
-    def evidence(self) -> Evidence:
+    def evidence(self) -> SheetEvidence:
         """What there is to see of it."""
-        return Evidence(self.rooms, self.whole)
+        return SheetEvidence(self.rooms, self.whole)
 
     @property
     def is_wrong(self) -> bool:

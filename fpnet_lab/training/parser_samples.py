@@ -19,6 +19,7 @@ from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL
 from fpnet_core.raster.morphology import grown_by, opened_by, square
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.pixels import shrinking
+from fpnet_lab.sim.plans.special import generate_special_plan
 from fpnet_lab.sim.population.floors import FREE_GREY, TUNE_FLOORS, read_labels
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes, sheet_overlays
@@ -34,10 +35,12 @@ MOST_BUILDING_PX = 1800
 
 # Chosen, not measured:
 _SHARES = {
-    SheetKind.VARIED: 0.50, SheetKind.OFFICE: 0.12, SheetKind.SCAN: 0.10,
-    SheetKind.BROCHURE: 0.09, SheetKind.PHONE: 0.06, SheetKind.CLEAN: 0.04,
+    SheetKind.VARIED: 0.46, SheetKind.OFFICE: 0.12, SheetKind.SCAN: 0.10,
+    SheetKind.BROCHURE: 0.09, SheetKind.PHONE: 0.06, SheetKind.CLEAN: 0.08,
 }  # fmt: skip
+_SPECIAL_SHARE = 0.4  # of sheets of other kinds show buildings as varied ones do, halls mostly
 _REAL_SHARE = 0.03  # of samples are real floorplans; what is left shows no floorplan
+_SPECIAL_SEED = 7  # numerical: such buildings are drawn apart from their sheets
 _REAL_PIXEL_M = 0.05  # given
 _WIDEST_WALL_PX = 13  # of the real plans, whose pixels are 0.05 m
 _FACE_PX = 7  # twice as deep as a wall is seen where there is no other side to it
@@ -94,7 +97,9 @@ def samples(
 
 def sheet_sample(seed: int, kind: SheetKind) -> Sample:
     """Draw a sheet of a kind, its building at most :data:`MOST_BUILDING_PX` long."""
-    sheet = draw_sheet(seed, kind)
+    rng = np.random.default_rng([seed, _SPECIAL_SEED])
+    is_special = kind is not SheetKind.VARIED and rng.random() < _SPECIAL_SHARE
+    sheet = draw_sheet(seed, kind, generate_special_plan(rng) if is_special else None)
     extents = [storey.on_page.extent for storey in sheet.storeys]
     long_m = max(float(np.ptp(extent, axis=0).max()) for extent in extents)
     factor = min(1.0, MOST_BUILDING_PX * sheet.resolution_m() / long_m)

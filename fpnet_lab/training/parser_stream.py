@@ -19,8 +19,8 @@ from fpnet_lab.training.parser_network import SCALE_BINS, SCALE_M
 from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, real_samples, samples
 from fpnet_lab.training.parser_views import Array, SampleView, two_views
 
-_POOL = 16  # numerical: drawings that a process cuts views from
-_PER_SAMPLE = 16  # numerical: views that are cut for each new drawing
+_POOL = 24  # numerical: drawings that a process cuts views from
+_PER_SAMPLE = 6  # numerical: views that are cut for each new drawing
 _BIN_SPREAD = 0.7  # of bins, by which a true scale is blurred; chosen
 
 

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 # Chosen, not measured:
 _SHEET_PX = (340.0, 900.0)  # the longer side of a sheet as the first look may see it
+_WHOLE, _WHOLE_SHARE = 0.5, (0.8, 1.0)  # of first looks see all of it, which takes so much of them
 _BUILDING_PX = (350.0, 1400.0)  # the longer side of a building as the second look may see it
 _WALL_PX = (2.5, 8.0)  # the mean thickness of walls, where the second look is sized by them
 _BY_WALLS = 0.6  # of second looks are sized by walls, the others by the building
@@ -58,6 +59,8 @@ def two_views(
     turn += quarters * np.pi / 2.0
     height, width = sample.classes.shape
     wanted = float(np.exp(rng.uniform(*np.log(_SHEET_PX))))
+    if rng.random() < _WHOLE:
+        wanted = side_px * float(rng.uniform(*_WHOLE_SHARE))
     factor = min(wanted / max(height, width), _MOST_ENLARGED)
     middle = np.array([width - 1, height - 1]) / 2.0
     A_first = _placed(

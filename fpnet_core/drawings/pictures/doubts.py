@@ -74,7 +74,7 @@ _CAUSES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class SheetEvidence:
     """Of ``rooms (R, D)``, in the order of ``ROOM_FIGURES``, and of the ``whole (F,)``."""
 
     rooms: Array
@@ -129,11 +129,11 @@ class DoubtModel:
     wrong_sheet: Regression
     doubted_from: float
 
-    def right_rooms(self, evidence: Evidence) -> Array:
+    def right_rooms(self, evidence: SheetEvidence) -> Array:
         """Return how probably (R,) each room is right."""
         return self.right_room(evidence.rooms)
 
-    def wrong(self, evidence: Evidence) -> float:
+    def wrong(self, evidence: SheetEvidence) -> float:
         """Return how probably a building is wrong."""
         figures = sheet_figures(evidence, self.right_rooms(evidence))
         return float(self.wrong_sheet(figures[None])[0])
@@ -155,7 +155,7 @@ def model_of(stored: dict[str, Any]) -> DoubtModel:
     )
 
 
-def evidence_of(found: Found, config: SegmentationConfig) -> Evidence:
+def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
     """Return what speaks for and against a building that the parser saw, with rooms."""
     rooms, seen = found.segmentation, found.seen
     assert seen is not None, 'a map is what it shows'
@@ -180,10 +180,10 @@ def evidence_of(found: Found, config: SegmentationConfig) -> Evidence:
         float(inside[~built].sum() / max(int(built.sum()), 1)),
         *features(rooms).tolist(),
     ]
-    return Evidence(np.column_stack([columns[name] for name in ROOM_FIGURES]), np.array(whole))
+    return SheetEvidence(np.column_stack([columns[name] for name in ROOM_FIGURES]), np.array(whole))
 
 
-def sheet_figures(evidence: Evidence, right: Array) -> Array:
+def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:
     """Return the figures (F,) of a building whose rooms are ``right (R,)`` with so much."""
     held = np.clip(right, _LEAST, 1.0 - _LEAST)
     odds = np.log(held / (1.0 - held))
@@ -290,7 +290,7 @@ def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
     return np.asarray(shares[1 : count + 1, 1:].max(axis=1))
 
 
-def _places(found: Found, evidence: Evidence, right: Array) -> Iterator[Doubtful]:
+def _places(found: Found, evidence: SheetEvidence, right: Array) -> Iterator[Doubtful]:
     """Yield the doubtful rooms on the drawing, the surest to be wrong first."""
     for number in np.argsort(right):
         if right[number] < _DOUBTFUL:

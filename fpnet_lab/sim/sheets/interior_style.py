@@ -31,7 +31,7 @@ DOOR_KINDS: tuple[DoorKind, ...] = (
     'both ways',
     'closed',
 )
-_DOOR_SHARES = (0.12, 0.16, 0.3, 0.06, 0.09, 0.06, 0.06, 0.06, 0.09)
+_DOOR_SHARES = (0.1, 0.16, 0.28, 0.06, 0.16, 0.06, 0.06, 0.06, 0.06)
 WALL_KINDS: tuple[WallKind, ...] = (
     'as look',
     'solid',
@@ -81,9 +81,9 @@ ROOM_SYMBOLS: dict[str, float] = {
     'beams': 0.12,
     'sprinklers': 0.12,
     'shaft': 0.2,
-    'across room': 0.25,
+    'across room': 0.35,
     'in doorway': 0.15,
-    'chain': 0.15,
+    'chain': 0.3,
     'icons': 0.15,
 }
 """What may stand in a room or be written into it, with shares of sheets that show it; chosen."""
@@ -189,8 +189,9 @@ class InteriorStyle:
     Which components a sheet shows within its building.
 
     ``seed`` is of what drawing and truth must agree on, ``separator`` the light colour of inner
-    walls between filled rooms, ``has_lines`` whether inner walls are mere lines, and
-    ``glass_share`` how many rooms stand behind glass.
+    walls between filled rooms, ``has_lines`` whether inner walls are mere lines,
+    ``glass_share`` how many rooms stand behind glass, and ``has_lengths`` whether dimensions say
+    how long they are.
     """
 
     seed: int
@@ -212,6 +213,8 @@ class InteriorStyle:
     density: float
     length_unit: int
     arrow: int
+    dimension_mm: float
+    has_lengths: bool
 
 
 def draw_interior_style(rng: np.random.Generator) -> InteriorStyle:
@@ -238,6 +241,8 @@ def draw_interior_style(rng: np.random.Generator) -> InteriorStyle:
         density=float(rng.uniform(0.15, 0.95)),
         length_unit=int(rng.integers(6)),
         arrow=int(rng.integers(4)),
+        dimension_mm=float(rng.uniform(0.1, 0.35)),
+        has_lengths=bool(rng.random() < 0.75),
     )
 
 

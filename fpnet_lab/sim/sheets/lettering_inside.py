@@ -129,9 +129,9 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
     across = np.array([-along[1], along[0]])
     text, height = length_text(length, style.length_unit), 0.75 * look.letter_m
     wide = len(text) * LETTER_ASPECT * height
-    pen, tick = look.pen(0.13), look.mm(_TICK_MM)
+    pen, tick = look.pen(style.dimension_mm), look.mm(_TICK_MM)
     middle = (a + b) / 2.0
-    has_text = wide < 0.8 * length
+    has_text = style.has_lengths and wide < 0.8 * length
     lines = [np.stack([a, b])]
     if is_split and has_text:
         gap = (wide / 2.0 + 0.3 * height) * along

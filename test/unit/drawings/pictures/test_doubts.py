@@ -15,7 +15,7 @@ from fpnet_core.drawings.pictures.building import SeenBuilding
 from fpnet_core.drawings.pictures.doubts import (
     ROOM_FIGURES,
     SHEET_FIGURES,
-    Evidence,
+    SheetEvidence,
     best_overlap,
     doubts_of,
     evidence_of,
@@ -122,7 +122,7 @@ def test_overlaps_of_rooms():
 
 
 def test_what_rooms_come_to():
-    evidence = Evidence(np.zeros((2, len(ROOM_FIGURES))), np.zeros(len(SHEET_FIGURES) - 3))
+    evidence = SheetEvidence(np.zeros((2, len(ROOM_FIGURES))), np.zeros(len(SHEET_FIGURES) - 3))
     figures = sheet_figures(evidence, np.array([0.2, 0.5]))
     assert figures[:3] == pytest.approx([np.log(0.25) / 2.0, 0.9 * np.log(0.25), 0.5])
 
