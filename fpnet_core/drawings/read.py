@@ -14,6 +14,7 @@ from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.doubts import Doubts, doubts_of
 from fpnet_core.drawings.pictures.found import Found, find_building, stride
 from fpnet_core.drawings.pictures.plausible import findings
+from fpnet_core.drawings.pictures.thin_lines import without_thin_lines
 from fpnet_core.drawings.plan_files import MAP_FORMAT, PlanRecord, recorded
 from fpnet_core.drawings.reduced import in_image_pixels, options_of_copy
 from fpnet_core.drawings.scaling import resolve_scale
@@ -143,7 +144,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     if stated is not None:
         return replace(stated, config=config)
     options = options_of_copy(options, drawing)
-    found = find_building(drawing, options, config)
+    found = without_thin_lines(find_building(drawing, options, config), config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     metres = cell_m * stride(found.cells) / found.segmentation.grid.resolution

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.parsing.network import parse
+from fpnet_core.drawings.pictures.spaces import LIKELY, rooms_among_spaces
 from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.drawings.pictures.view import View
 from fpnet_core.drawings.types import Array, Box, Chances
@@ -49,9 +50,6 @@ FINAL_PX = 1600
 The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
 """
 
-LIKELY = 0.5
-"""Numerical: a class of a pixel is more probable than not."""
-
 # Chosen, not measured:
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
@@ -63,8 +61,8 @@ _WALL_SHARE = 0.06  # of the building's longer side: what is further from any fl
 # Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
 # sheets of the tune half (docs/drawings.md).
 _WALLS_COUNT = 2.5
+_FAINT = 0.15  # probability of a line that shuts off a space in a small picture
 _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
-_LEAKS = 0.12  # of a space is unlike the rest of it
 _SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
 _EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
 _SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
@@ -139,10 +137,21 @@ def _first_look(view: View) -> tuple[Chances, Array]:
     seen, H_seen_pixel = None, np.eye(3)
     for longest in SHEET_PX:
         picture, H_picture_pixel = view.shown((0, 0, width, height), longest)
-        seen = _look(picture, seen, H_picture_pixel @ np.linalg.inv(H_seen_pixel))
+        seen = _settled(_look(picture, seen, H_picture_pixel @ np.linalg.inv(H_seen_pixel)))
         H_seen_pixel = H_picture_pixel
     assert seen is not None
     return seen, H_seen_pixel
+
+
+def _settled(chances: Chances) -> Chances:
+    """Return the probabilities (K, H, W) of a sheet given which spaces are rooms."""
+    is_line = chances[WALL] + chances[WINDOW] + chances[DOOR] > _FAINT
+    is_room = rooms_among_spaces(1.0 - chances[OUTSIDE], is_line, chances) & ~is_line
+    found = chances.copy()
+    is_hall = is_room & (chances[OUTSIDE] > LIKELY)
+    found[FLOOR][is_hall] += found[OUTSIDE][is_hall]
+    found[OUTSIDE][is_hall] = 0.0
+    return found
 
 
 def _look(picture: Pixels, before: Chances | None, H_picture_before: Array) -> Chances:
@@ -280,17 +289,25 @@ def _widened(box: Box, shape: tuple[int, ...]) -> Box:
     )
 
 
+def _walls_and_rooms(
+    chances: Chances, outside: NDArray[np.float32], near: Mask
+) -> tuple[Mask, Mask]:
+    """Return walls and rooms (H, W) within ``near``; ``outside (H, W)`` is a probability."""
+    solid, door = chances[WALL] + chances[WINDOW], chances[DOOR]
+    is_wall = _WALLS_COUNT * solid > np.maximum(chances[FLOOR] + door, chances[OUTSIDE])
+    is_wall &= near
+    is_room = rooms_among_spaces(1.0 - outside, is_wall | (door > LIKELY), chances)
+    return is_wall, is_room & near
+
+
 def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     """
     Return cells (H, W) of the building within ``near (H, W)``.
 
     Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
     """
-    solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
-    is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
-    is_shut = is_wall | (fine[DOOR] > LIKELY)
-    inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
-    is_free = inside & ~is_wall
+    is_wall, is_room = _walls_and_rooms(fine, 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), near)
+    is_free = is_room & ~is_wall
     reach = _WALL_SHARE * max(near.shape)
     is_wall &= cells_to_nearest(is_free) <= reach
     is_wall = longer_pieces(is_wall, _SPECK_SHARE * max(near.shape))
@@ -303,19 +320,3 @@ def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
     if not boxes:
         return np.full_like(cells, UNKNOWN)
     return np.where(_grown(labels == 1, _LINE_SHARE), cells, UNKNOWN).astype(np.int8)
-
-
-def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
-    """
-    Return what is more inside than outside, of the probability ``inside (H, W)``.
-
-    A space that lines shut off is one or the other as a whole, unless it is much of both: then
-    it leaks.
-    """
-    spaces, found = pieces_of(~is_shut, connectivity=4)
-    count = len(found)
-    flat, likely = spaces.ravel(), (inside > LIKELY).ravel()
-    share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
-    leaks = np.minimum(share, 1.0 - share) > _LEAKS
-    leaks[0] = True
-    return np.where(leaks[spaces], inside, share[spaces]) > LIKELY

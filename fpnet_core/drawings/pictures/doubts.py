@@ -180,7 +180,8 @@ def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
         float(inside[~built].sum() / max(int(built.sum()), 1)),
         *features(rooms).tolist(),
     ]
-    return SheetEvidence(np.column_stack([columns[name] for name in ROOM_FIGURES]), np.array(whole))
+    of_rooms = np.column_stack([columns[name] for name in ROOM_FIGURES])
+    return SheetEvidence(of_rooms, np.array(whole))
 
 
 def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:

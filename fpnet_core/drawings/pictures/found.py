@@ -62,6 +62,11 @@ class Found:
         to_plan = pixel_to_xy(self.segmentation.grid).matrix
         return np.asarray(to_plan @ shrinking(1.0 / stride(self.cells)) @ self.H_cell_pixel)
 
+    def with_cells(self, cells: NDArray[np.int8], config: SegmentationConfig) -> Found:
+        """Return the building with other cells (H, W), its rooms cut anew."""
+        rooms, factor = rooms_of(cells, config, self.known_factor)
+        return replace(self, cells=cells, segmentation=rooms, known_factor=factor)
+
     def cut_at(self, grid: GridMap) -> Segmentation | None:
         """Return its rooms on a grid of its cells, None where they are not cut at its scale."""
         factor, metres = self.known_factor, grid.resolution / NOMINAL_M

@@ -9,14 +9,14 @@ import pytest
 
 from fpnet_core.drawings.pictures.building import (
     _buildings,
-    _by_spaces,
     _cells,
     _reading_order,
     see_building,
 )
+from fpnet_core.drawings.pictures.spaces import rooms_among_spaces
 from fpnet_core.drawings.pictures.view import view_of
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL
+from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
@@ -57,9 +57,24 @@ def test_a_room_is_one_or_the_other_as_a_whole(building):
     assert (found[14:66, 14:58] == FREE).all()
     open_ = building != WALL
     inside = (building != OUTSIDE).astype(np.float32)
-    leaking = _by_spaces(inside, np.zeros(building.shape, np.bool_))
+    nothing = np.zeros((len(CLASSES), *building.shape), np.float32)
+    leaking = rooms_among_spaces(inside, np.zeros(building.shape, np.bool_), nothing)
     np.testing.assert_array_equal(leaking, inside > 0.5)  # nothing is shut: each pixel for itself
-    assert not _by_spaces(inside, ~open_ | (building == DOOR))[0, 0]
+    shut = ~open_ | (building == DOOR)
+    assert not rooms_among_spaces(inside, shut, nothing)[0, 0]
+
+
+def test_doors_lead_into_halls_and_windows_look_upon_courtyards(building):
+    """Its ground is taken for paper either way."""
+    hall, shut = np.s_[14:66, 62:106], (building == WALL) | (building == DOOR)
+    inside = (building != OUTSIDE).astype(np.float32)
+    inside[hall] = 0.2
+    assert rooms_among_spaces(inside, shut, chances(building))[hall].all()
+    building[30:40, 58:62] = WALL
+    assert not rooms_among_spaces(inside, shut, chances(building))[hall].any()
+    inside[hall] = 0.55
+    building[16:64, 58:62] = WINDOW
+    assert not rooms_among_spaces(inside, shut, chances(building))[hall].any()
 
 
 def test_the_earlier_look_has_a_say_where_the_finer_one_is_lost(building):

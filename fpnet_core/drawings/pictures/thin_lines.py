@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Lines that are thinner than walls: dimensions, wires, panels of doors that slide.
+
+A reading that has them for walls is cut by them: pieces of rooms have no door, and what is drawn
+in a doorway shuts it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.pictures.found import Found
+from fpnet_core.drawings.pictures.plausible import findings
+from fpnet_core.drawings.pictures.thickness import THIN, thin_walls
+from fpnet_core.raster.morphology import Mask, opened_by, square
+from fpnet_core.types import FREE, OCCUPIED, Segmentation
+
+# Numerical: lines are thinner than so many cells.
+_SIDES = (2, 3, 4, 6, 8, 12)
+# Chosen, not measured:
+_USUAL_SHARE = 0.5  # of the area of all walls is that of those at least as thick as the usual one
+
+
+def without_thin_lines(found: Found, config: SegmentationConfig) -> Found:
+    """
+    Return a building without lines that are thinner than walls, where they take rooms' doors.
+
+    No more are left out than it takes, and none where it looks less like a building without. A
+    robot's map is what it shows.
+    """
+    if found.seen is None:
+        return found
+    best, doorless = found, _doorless(found.segmentation)
+    for cells in _thinned(found.cells):
+        if not doorless:
+            break
+        other = found.with_cells(cells, config)
+        if _doorless(other.segmentation) < doorless and _is_as_likely(other, found):
+            best, doorless = other, _doorless(other.segmentation)
+    return best
+
+
+def _is_as_likely(other: Found, found: Found) -> bool:
+    """Tell whether a building has rooms, and no more that no building is like."""
+    rooms = other.segmentation
+    return bool(rooms.rooms) and len(findings(rooms)) <= len(findings(found.segmentation))
+
+
+def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
+    """Yield cells (H, W) without ever thicker lines, as long as they are thinner than walls."""
+    walls = cells == OCCUPIED
+    last = np.zeros_like(walls)
+    for side in _SIDES:
+        if not _is_thin(walls, side):
+            return
+        gone = thin_walls(walls, side)
+        if (gone != last).any():
+            yield np.where(gone, FREE, cells).astype(np.int8)
+        last = gone
+
+
+def _is_thin(walls: Mask, side: int) -> bool:
+    """Tell whether most of the walls (H, W) are much thicker than ``side`` cells."""
+    usual = opened_by(walls, square(round(side / THIN)))
+    return bool(np.count_nonzero(usual) >= _USUAL_SHARE * np.count_nonzero(walls))
+
+
+def _doorless(segmentation: Segmentation) -> int:
+    """Count the rooms that have no door."""
+    doored = {room for portal in segmentation.portals for room in portal.rooms}
+    return sum(room.id not in doored for room in segmentation.rooms)
