@@ -30,6 +30,7 @@ worth a word."""
 _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
 _AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
+_STANDS_M = 0.5  # physical: whoever has driven less sees what is seen from one place
 _MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
@@ -107,6 +108,7 @@ class Findings:
     denial : what the drawing's rooms, doors and walls say where they deny the scale stated
     says_scale : the drawing's resolution can be told from what was found: the robot's map is
         in metres
+    driven_m : by odometry, while the submap grew; infinite where nobody knows
     """
 
     walls_m: float
@@ -129,6 +131,7 @@ class Findings:
     is_blind: bool = False
     denial: ScaleEstimate | None = None
     says_scale: bool = True
+    driven_m: float = math.inf
 
     @property
     def has_seen_much(self) -> bool:
@@ -264,6 +267,13 @@ def _input(found: Findings, asked: Asked) -> _Weighed:
 
 def _too_little(found: Findings, asked: Asked) -> _Weighed:
     if found.is_blind:
+        return
+    if found.driven_m < _STANDS_M:
+        evidence = (
+            f'the robot stood still ({found.driven_m:.1f} m driven): {metres(found.walls_m)} of '
+            f'wall and {round(found.seen_m2)} m2 from one place'
+        )
+        yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
         return
     if found.seen_m2 < found.needed_m2:
         evidence = (

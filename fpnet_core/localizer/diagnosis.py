@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+import math
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
@@ -62,6 +63,7 @@ def explain_run(
         0.0,
         0.0,
         needed_m2=config.localizer.min_explored_m2,
+        driven_m=max((path_length(submap.path_xy) for submap in seen), default=math.inf),
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
         restarts=sum(b is not a and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
@@ -101,6 +103,7 @@ def explain_match(
 def causes_of_look(
     question: Question,
     verdict: Verdict,
+    submap: Submap,
     status: Status,
     is_mirrored: bool,
     denial: ScaleEstimate | None = None,
@@ -112,7 +115,8 @@ def causes_of_look(
     """
     if status is Status.LOCALIZED:
         return ()
-    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial)
+    driven_m = path_length(submap.path_xy)
+    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial, driven_m=driven_m)
     return causes_of(_of_look(found, question, verdict))
 
 
