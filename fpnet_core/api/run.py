@@ -41,6 +41,8 @@ from fpnet_core.viz.pictures import figure_of, html_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_MAP_BYTES = 128e6  # chosen: for maps of ticks that outputs show; as much as the localizer holds
+
 
 def scans_of(
     recording: str | Path,
@@ -116,6 +118,7 @@ class Run:
             GuidedOdometry(config.odometry).register_scan,
             advance,
             registers_all=odometry == 'both',
+            map_bytes=_MAP_BYTES,
         )
 
     def __iter__(self) -> Iterator[LocalizerOutput]:

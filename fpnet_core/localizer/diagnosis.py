@@ -65,7 +65,7 @@ def explain_run(
         needed_m2=config.localizer.min_explored_m2,
         driven_m=max((path_length(submap.path_xy) for submap in seen), default=math.inf),
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
-        restarts=sum(b is not a and b.id <= a.id for a, b in pairwise(seen)),
+        restarts=sum(b.stamp_ns != a.stamp_ns and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
         is_blind=bool(outputs) and not seen,
     )

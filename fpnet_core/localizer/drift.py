@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements, rotation
 from fpnet_core.judging.causes import DoubleWalls, TurningWalls
 from fpnet_core.localizer.anchor import FEWEST_POINTS
+from fpnet_core.localizer.kept import is_brief
 from fpnet_core.pose import (
     FINE,
     RIGID_STRAIN,
@@ -56,7 +57,8 @@ _TURNS_RAD = tuple(math.radians(turn) for turn in (-12.0, -6.0, 0.0, 6.0, 12.0))
 
 def drift_of(outputs: Sequence[LocalizerOutput]) -> DoubleWalls | TurningWalls | None:
     """Return what a run's walls tell of drift; None where they tell of none."""
-    submaps = _last_piece([output.submap for output in outputs if output.submap is not None])
+    whole = (output.submap for output in outputs if not is_brief(output))
+    submaps = _last_piece([submap for submap in whole if submap is not None])
     return _double_walls(submaps) or _turning_walls(submaps)
 
 
