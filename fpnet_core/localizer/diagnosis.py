@@ -18,7 +18,8 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.judging import Judge, Verdict
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import Findings, Fit, alike, causes_of
+from fpnet_core.judging.causes import causes_of
+from fpnet_core.judging.findings import Findings, Fit, Sensed, alike, storeys_alike
 from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
@@ -45,6 +46,7 @@ def explain_run(
     reading: Reading | None = None,
     asked: Asked | None = None,
     storey: int | None = None,
+    sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
     Return the likely causes of a run's having no answer, the likeliest first.
@@ -57,6 +59,7 @@ def explain_run(
     reading : how the plan was read; None where nobody knows
     asked : what was typed, for the next commands
     storey : of the sheet, as it was asked for
+    sensed : what the scans themselves tell; None where nobody has looked
     """
     seen = [output.submap for output in outputs if output.submap is not None]
     found = Findings(
@@ -68,6 +71,8 @@ def explain_run(
         restarts=sum(b.stamp_ns != a.stamp_ns and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
         is_blind=bool(outputs) and not seen,
+        storeys_alike=storeys_alike(outputs[-1].storeys if outputs else {}),
+        sensed=sensed or Sensed(),
     )
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
@@ -169,13 +174,15 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
 
 def _of_look(found: Findings, question: Question, verdict: Verdict) -> Findings:
     factors = (question.search.misstated or question.search).factors
+    shares, probability = alike(verdict)
     return replace(
         found,
         walls_m=question.sub.evidence.wall_length_m,
         seen_m2=question.area_m2,
         plan_m2=question.plan.evidence.free_area_m2,
         best=Fit.of(verdict),
-        alike=alike(verdict),
+        alike=shares,
+        alike_probability=float(probability),
         scales=(float(factors.min()), float(factors.max())),
         resolution_m=question.plan.segmentation.grid.resolution,
     )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements, rotation
-from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.judging.findings import DoubleWalls, TurningWalls
 from fpnet_core.localizer.anchor import FEWEST_POINTS
 from fpnet_core.localizer.kept import is_brief
 from fpnet_core.pose import (

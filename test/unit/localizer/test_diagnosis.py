@@ -16,7 +16,7 @@ from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSourc
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.judging.findings import DoubleWalls, TurningWalls
 from fpnet_core.localizer import Localizer, match_maps, replay
 from fpnet_core.localizer.diagnosis import explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
