@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Frozen values that flow between the stages.
+Frozen values that flow between the stages; their arrays are checked and read-only. SI units.
 
-Construction checks shapes, dtypes and finiteness and marks arrays read-only. Shape letters: ``P``
-points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side, ``E`` edges, ``D``
-features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster. Units are SI.
+Letters: ``P`` points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side,
+``E`` edges, ``D`` features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster.
 """
 
 from __future__ import annotations
@@ -26,8 +25,7 @@ from fpnet_core.spread import PoseSpread
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
 
-FEATURE_SCHEMA = 1
-"""Given: version of the node and edge feature layout; weights of another version are refused."""
+FEATURE_SCHEMA = 1  # given: the layout of node and edge features; weights of others are refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,6 +309,8 @@ class CauseKind(StrEnum):
     MIRRORED = 'drawing mirrored'
     OTHER_PLAN = 'other building or storey'
     INPUT = 'no walls in the scans'
+    UPSIDE_DOWN = 'scanner upside down'
+    RARE_SCANS = 'scans too rare for odometry'
     TOO_LITTLE = 'too little seen'
     DRIFT = 'odometry drift'
     SELF_SIMILAR = 'plan self-similar'

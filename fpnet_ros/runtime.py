@@ -110,36 +110,63 @@ def run_node(
     logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0. More of
     them, as a launch file and a terminal send both, do not interrupt the end.
     """
+    interrupts = _Interrupts()
     node: AnyNode | None = None
+    status = 0
     try:
-        _enter_ros(arguments)
-        node = make_node()
-        refuse_unknown(node)
-        run(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except FpnetError as error:
-        logger = get_logger('fpnet_ros') if node is None else node.get_logger()
-        logger.fatal(one_line(error))
-        return 1
-    except RuntimeError:
-        if rclpy.ok():
-            raise
-        # The signal arrived within a callback, whose publishers were gone from then on.
-        return 0
+        try:
+            _enter_ros(arguments)
+            node = make_node()
+            refuse_unknown(node)
+            run(node)
+        except ExternalShutdownException:
+            pass
+        except FpnetError as error:
+            logger = get_logger('fpnet_ros') if node is None else node.get_logger()
+            logger.fatal(one_line(error))
+            status = 1
+        except RuntimeError:
+            # The signal arrived within a callback, whose publishers were gone from then on.
+            if rclpy.ok():
+                raise
+        interrupts.is_over = True
+    except KeyboardInterrupt:  # the only one, be it as late as in what is above
+        pass
     finally:
-        _ignore_signals()
+        interrupts.ignore()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-    return 0
+    return status
 
 
-def _ignore_signals() -> None:
-    """Let nothing but SIGKILL interrupt what follows: the state is saved there."""
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, signal.SIG_IGN)
+class _Interrupts:
+    """
+    Raises KeyboardInterrupt at the first SIGINT or SIGTERM, and at no other.
+
+    ``is_over``: nor at the first one. In threads but the main one it leaves signals as they are.
+    """
+
+    _NUMBERS = signal.SIGINT, signal.SIGTERM
+
+    def __init__(self) -> None:
+        self.is_over = False
+        self._handle(self._interrupt)
+
+    def _interrupt(self, *_: object) -> None:
+        if not self.is_over:
+            self.is_over = True
+            raise KeyboardInterrupt
+
+    def ignore(self) -> None:
+        """Let nothing but SIGKILL interrupt what follows: the state is saved there."""
+        self.is_over = True
+        self._handle(signal.SIG_IGN)
+
+    def _handle(self, handler: Any) -> None:
+        if threading.current_thread() is threading.main_thread():
+            for number in self._NUMBERS:
+                signal.signal(number, handler)
 
 
 class _ToRos(logging.Handler):

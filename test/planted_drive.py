@@ -65,3 +65,9 @@ def recorded():
         points = scan((x, y), yaw, rng)
         scans.append((points, T_odom_sensor.as_matrix4(), (index + 1) * SCAN_NS))
     return scans
+
+
+def standing(count=80):
+    """Scans of a robot that stands in the middle of the drive, sixteen seconds of them."""
+    rng, (x, y, yaw) = np.random.default_rng(1), drive()[40]
+    return [(scan((x, y), yaw, rng), np.eye(4), (k + 1) * SCAN_NS) for k in range(count)]

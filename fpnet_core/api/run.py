@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,28 +19,34 @@ from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.differences import Differences
 from fpnet_core.differences.of_output import differences_of
 from fpnet_core.differences.outdated import Outdated, outdated_here
+from fpnet_core.doctor.sensor import upside_down_vote
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.posed_scans import PosedScans
 from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.scans import ScanSource
+from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import read_poses
 from fpnet_core.judging.asked import Asked
+from fpnet_core.judging.findings import Sensed
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry import GuidedOdometry
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_localizer import SiteLocalizer
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.pictures import figure_of, html_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_LOOK_EVERY = 10  # numerical: scans from one that tells where the floor is to the next
+_MAP_BYTES = 128e6  # chosen: for maps of ticks that outputs show; as much as the localizer holds
 
 
 def scans_of(
@@ -105,17 +112,19 @@ class Run:
         odometry: OdometryChoice | None = None,
     ) -> None:
         site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
-        self.site, self.config = site, config
+        self.site, self.config, self._scans = site, config, scans
         self._matcher = LearnedMatcher(config.matcher)
         self._localizer = SiteLocalizer(config, self._matcher)
         self._localizer.set_site(site)
+        self._upside_down = 0  # votes of scans for it
         self._replay = Replay(
-            scans,
+            self._watched(scans),
             self._localizer,
             config.localizer.tick_period_s,
             GuidedOdometry(config.odometry).register_scan,
             advance,
             registers_all=odometry == 'both',
+            map_bytes=_MAP_BYTES,
         )
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
@@ -207,7 +216,22 @@ class Run:
             return ()
         plan, outputs = self.plan, self.result.outputs
         config = with_scale_of(plan, self.config)
-        return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey)
+        sensed = Sensed(self._upside_down > 0, self._matched_hz)
+        return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey, sensed)
+
+    def _watched(self, scans: ScanSource) -> Iterator[Scan]:
+        for number, scan in enumerate(scans):
+            if number % _LOOK_EVERY == 0:
+                self._upside_down += upside_down_vote(scan)
+            yield scan
+
+    @property
+    def _matched_hz(self) -> float:
+        """How often scans come; infinite where they bring poses."""
+        stamps_ns = self.result.odometry.stamps_ns
+        if self._scans.has_poses or len(stamps_ns) < 2:
+            return math.inf
+        return NS_PER_S / max(1.0, float(np.median(np.diff(stamps_ns))))
 
     def summary(
         self, truth: PlanarTrajectory | None = None, A_plan_truth: Affine2D | None = None

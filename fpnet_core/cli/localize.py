@@ -285,8 +285,6 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
     from fpnet_core.report.film import write_film
 
     record, run = ended.record(title), ended.run
-    if film is not None:
-        write_film(film, record)
     if out is not None:
         write_run_exports(
             out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
@@ -295,3 +293,5 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
         if run.differences is not None:
             write_differences(out, run.differences)
         write_run_report(out / common.REPORT_NAME, record)
+    if film is not None:  # the last: it refuses a run that has compared nothing
+        write_film(film, record)

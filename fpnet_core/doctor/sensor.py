@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed, SeenScan
+from fpnet_core.io.scans import Scan
 from fpnet_core.io.topic_names import is_registered
 from fpnet_core.submaps.heights import floor_and_ceiling
 
@@ -158,6 +159,17 @@ def is_upside_down(floor: float | None, ceiling: float | None, told_m: float | N
     if told_m is not None:  # the plane that is where the floor should be is the floor
         return abs(ceiling - told_m) < abs(-floor - told_m) and ceiling < HIGHEST_MOUNT_M
     return -floor > HIGHEST_MOUNT_M > ceiling
+
+
+def upside_down_vote(scan: Scan) -> int:
+    """Return 1 for a scan with the floor above it, -1 for one below it, 0 where it shows none."""
+    T = scan.T_odom_sensor if scan.T_base_sensor is None else scan.T_base_sensor
+    heights = scan.points @ (np.eye(3) if T is None else T[:3, :3])[2]
+    floor, ceiling = floor_and_ceiling(heights)
+    told_m = None if scan.T_base_sensor is None else float(scan.T_base_sensor[2, 3])
+    if is_upside_down(floor, ceiling, told_m):
+        return 1
+    return 0 if floor is None else -1
 
 
 def tilt(points: Array) -> float:

@@ -43,6 +43,11 @@ class Asked:
         """Return the same command with another drawing, of which nothing has been said."""
         return replace(self, drawing=drawing, options=()).again()
 
+    def on_one_storey(self) -> str:
+        """Return the same command with the floorplan of one storey in place of a site."""
+        command = (*self.command[:-1], '--floorplan')
+        return replace(self, command=command).on('PLAN_OF_THE_STOREY')
+
     def look(self, command: str, *more: str) -> str:
         """Return ``fpnet COMMAND`` on the drawing as it was read."""
         return self._line('fpnet', command, kept=[*self.options], more=more)

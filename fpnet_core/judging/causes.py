@@ -11,25 +11,24 @@ flipped or drawn at another scale needs no further explanation.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.judge import Verdict
+from fpnet_core.judging.findings import (
+    AS_WELL,
+    FEWEST_HZ,
+    LIKELY,
+    POSSIBLE,
+    PROVED,
+    DoubleWalls,
+    Findings,
+    Fit,
+    TurningWalls,
+)
 from fpnet_core.judging.reasons import AT_EDGE, EXPLAINED_WELL, FEW_WALLS_M, metres, percent
-from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import Cause, CauseKind
 
-_PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
-"""Chosen: how probable a placement of another look is for its cause to be proved, likely, or
-worth a word."""
-
-_MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
-_MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
-_AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
+_STANDS_M = 0.5  # physical: whoever has driven less sees what is seen from one place
 _MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
@@ -38,112 +37,6 @@ _TESTED = 0.97
 
 _UPSIDE_DOWN = '; so it would if the scanner hung upside down and /tf_static did not say so'
 _WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
-
-
-@dataclass(frozen=True)
-class Fit:
-    """The best placement of a look: its probability, share of the walls explained, mean scale."""
-
-    probability: float
-    explained: float
-    scale: float
-
-    @classmethod
-    def of(cls, verdict: Verdict) -> Fit | None:
-        """Return that of a verdict, None where there is no placement."""
-        if not len(verdict.placements):
-            return None
-        explained = float(_explained(verdict)[0])
-        return cls(verdict.best, explained, float(verdict.placements.scale[0]))
-
-
-@dataclass(frozen=True)
-class DoubleWalls:
-    """
-    How walls that were seen again lie beside where they were first seen.
-
-    They are ``shift_m`` and ``turn_deg`` off after ``path_m`` of driving; ``before`` and ``after``
-    are the shares of them on first walls before and after that is undone.
-    """
-
-    shift_m: float
-    turn_deg: float
-    path_m: float
-    before: float
-    after: float
-
-
-@dataclass(frozen=True)
-class TurningWalls:
-    """Walls whose direction turns steadily, by ``turn_deg`` in all over ``path_m``."""
-
-    turn_deg: float
-    path_m: float
-
-
-@dataclass(frozen=True)
-class Findings:
-    """
-    What is known of a run without an answer.
-
-    Parameters
-    ----------
-    walls_m, seen_m2 : walls and floor seen
-    plan_m2 : floor of the plan; 0 where there is none yet
-    needed_m2 : floor that a first look takes
-    best : of the search as it was configured
-    alike : shares of the walls that the best and all places like it explain, best first
-    scales : smallest and largest that was searched, in ``best``'s unit
-    resolution_m : of the drawing's pixels, in the metres that ``scales`` refer to
-    is_mirrored : the mirror image alone fits, as was decided over time
-    rescaled : best over a much wider range of scales; None where nobody has looked
-    mirror : best on the plan's mirror image; None where nobody has looked
-    doubts : what speaks against the reading of the drawing
-    storeys, storey : on the sheet, and which of them it was
-    drift : None where the walls agree with each other, as far as they were seen twice
-    contradictions : looks at which the newest walls did not fit a claim
-    restarts : times that the submap began anew, those of contradictions among them
-    is_blind : scans have come, and none of them has shown a wall
-    denial : what the drawing's rooms, doors and walls say where they deny the scale stated
-    says_scale : the drawing's resolution can be told from what was found: the robot's map is
-        in metres
-    """
-
-    walls_m: float
-    seen_m2: float
-    plan_m2: float = 0.0
-    needed_m2: float = 0.0
-    best: Fit | None = None
-    alike: tuple[float, ...] = ()
-    scales: tuple[float, float] = (0.0, math.inf)
-    resolution_m: float = 0.0
-    is_mirrored: bool = False
-    rescaled: Fit | None = None
-    mirror: Fit | None = None
-    doubts: tuple[str, ...] = ()
-    storeys: int = 1
-    storey: int | None = None
-    drift: DoubleWalls | TurningWalls | None = None
-    contradictions: int = 0
-    restarts: int = 0
-    is_blind: bool = False
-    denial: ScaleEstimate | None = None
-    says_scale: bool = True
-
-    @property
-    def has_seen_much(self) -> bool:
-        """Tell whether a right plan would have been recognised by now."""
-        share = self.seen_m2 / self.plan_m2 if self.plan_m2 else 0.0
-        return self.walls_m >= FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
-
-
-def alike(verdict: Verdict) -> tuple[float, ...]:
-    """Return the shares of the walls that the best placement and all like it explain."""
-    if not len(verdict.placements):
-        return ()
-    shares, p = _explained(verdict), verdict.placements.probability
-    near = (shares >= shares[0] - _AS_WELL) & (p >= _POSSIBLE * p[0])
-    return tuple(sorted((float(share) for share in shares[near]), reverse=True))
 
 
 def causes_of(found: Findings, asked: Asked | None = None) -> tuple[Cause, ...]:
@@ -170,7 +63,7 @@ def _drawing(found: Findings, asked: Asked) -> _Weighed:
 def _scale(found: Findings, asked: Asked) -> _Weighed:
     fit = found.rescaled
     low, high = found.scales
-    if found.denial is not None and (fit is None or fit.probability < _PROVED):
+    if found.denial is not None and (fit is None or fit.probability < PROVED):
         evidence = (
             f'{found.denial.said_at(found.resolution_m)}; {found.resolution_m:.3g} was taken'
         )
@@ -178,7 +71,7 @@ def _scale(found: Findings, asked: Asked) -> _Weighed:
         yield _TESTED, Cause(CauseKind.SCALE, evidence, once)
     elif fit is not None:
         is_outside = not low * (1.0 - _SAME_SCALE) <= fit.scale <= high * (1.0 + _SAME_SCALE)
-        if is_outside and fit.probability >= _POSSIBLE and _explains_more(fit, found):
+        if is_outside and fit.probability >= POSSIBLE and _explains_more(fit, found):
             yield _tested(fit.probability), _scale_found(found, fit, asked)
     if found.denial is not None or fit is not None:
         return
@@ -214,13 +107,17 @@ def _scale_found(found: Findings, fit: Fit, asked: Asked) -> Cause:
 
 def _mirrored(found: Findings, asked: Asked) -> _Weighed:
     fit = found.mirror
+    if found.sensed.is_upside_down:
+        evidence = 'the floor is above it, so that left is right in all that it sees'
+        yield 1.0, Cause(CauseKind.UPSIDE_DOWN, evidence, asked.doctor())
+        return
     if fit is None:
         if found.is_mirrored:
             evidence = f"what was seen fits the floorplan's mirror image only{_UPSIDE_DOWN}"
             yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
         return
     drawn = found.best.probability if found.best else 0.0
-    if fit.probability < _POSSIBLE:
+    if fit.probability < POSSIBLE:
         return
     is_better = fit.probability > drawn and _explains_more(fit, found)
     if not is_better and not found.is_mirrored:
@@ -237,6 +134,8 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
 def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     explained = found.best.explained if found.best else 0.0
     if found.walls_m < FEW_WALLS_M or explained >= EXPLAINED_WELL:
+        return
+    if found.is_ambiguous or found.storeys_alike or found.sensed.are_rare:
         return
     tried = [
         *(['at other scales'] if found.rescaled else []),
@@ -260,10 +159,25 @@ def _input(found: Findings, asked: Asked) -> _Weighed:
     if found.is_blind:
         evidence = 'scans have come, and not one return of them is a wall within reach'
         yield 1.0, Cause(CauseKind.INPUT, evidence, asked.doctor())
+    elif found.sensed.are_rare:
+        evidence = (
+            f'{found.sensed.matched_hz:.1f} scans a second, and no other odometry: matching them '
+            f'takes {FEWEST_HZ:.0f} or more where a robot turns'
+        )
+        poses = asked.again('--poses', 'POSES.tum')
+        again = f'record all scans or odometry as well, or bring poses: {poses}'
+        yield 0.88, Cause(CauseKind.RARE_SCANS, evidence, again)
 
 
 def _too_little(found: Findings, asked: Asked) -> _Weighed:
     if found.is_blind:
+        return
+    if found.driven_m < _STANDS_M:
+        evidence = (
+            f'the robot stood still ({found.driven_m:.1f} m driven): {metres(found.walls_m)} of '
+            f'wall and {round(found.seen_m2)} m2 from one place'
+        )
+        yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
         return
     if found.seen_m2 < found.needed_m2:
         evidence = (
@@ -281,6 +195,8 @@ def _too_little(found: Findings, asked: Asked) -> _Weighed:
 
 
 def _drift(found: Findings, asked: Asked) -> _Weighed:
+    if found.sensed.are_rare:  # the cause of it
+        return
     better = asked.again(*(('--odometry', 'both') if asked.of_bag else ('--poses', 'POSES.tum')))
     drift = found.drift
     if isinstance(drift, DoubleWalls):
@@ -308,7 +224,12 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
 
 
 def _self_similar(found: Findings, asked: Asked) -> _Weighed:
-    if len(found.alike) < 2 or found.alike[0] < EXPLAINED_WELL:
+    if found.storeys_alike:
+        listed = ', '.join(f'{name} (p {p:.2f})' for name, p in found.storeys_alike.items())
+        evidence = f'nothing seen so far tells storeys apart: {listed}'
+        known = f'drive to where they differ, or name the one: {asked.on_one_storey()}'
+        yield 0.8, Cause(CauseKind.SELF_SIMILAR, evidence, known)
+    if not found.is_ambiguous:
         return
     shares = ', '.join(percent(share) for share in found.alike[:4])
     more = f' and {len(found.alike) - 4} more' if len(found.alike) > 4 else ''
@@ -334,20 +255,14 @@ def _drive_on(asked: Asked) -> str:
 
 def _explains_more(fit: Fit, found: Findings) -> bool:
     """Tell whether a fit of another look explains more than the search as it was configured."""
-    return found.best is None or fit.explained >= found.best.explained + _AS_WELL
+    return found.best is None or fit.explained >= found.best.explained + AS_WELL
 
 
 def _tested(probability: float) -> float:
     """Return the weight of a cause that was put to the test, by the ``probability`` it led to."""
-    if probability >= _PROVED:
+    if probability >= PROVED:
         return _TESTED + (1.0 - _TESTED) * probability
-    return 0.75 if probability >= _LIKELY else 0.3
-
-
-def _explained(verdict: Verdict) -> NDArray[np.float64]:
-    """Return the share of the walls that each placement explains, bent or not, ``(C,)``."""
-    figures = verdict.evidence
-    return np.maximum(figures.of('support'), figures.of('bent_support')).astype(np.float64)
+    return 0.75 if probability >= LIKELY else 0.3
 
 
 _GUESSES = (CauseKind.OTHER_PLAN, CauseKind.SELF_SIMILAR, CauseKind.TOO_LITTLE)

@@ -12,12 +12,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+import math
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.judging import Judge, Verdict
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import Findings, Fit, alike, causes_of
+from fpnet_core.judging.causes import causes_of
+from fpnet_core.judging.findings import Findings, Fit, Sensed, alike, storeys_alike
 from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
@@ -44,6 +46,7 @@ def explain_run(
     reading: Reading | None = None,
     asked: Asked | None = None,
     storey: int | None = None,
+    sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
     Return the likely causes of a run's having no answer, the likeliest first.
@@ -56,16 +59,20 @@ def explain_run(
     reading : how the plan was read; None where nobody knows
     asked : what was typed, for the next commands
     storey : of the sheet, as it was asked for
+    sensed : what the scans themselves tell; None where nobody has looked
     """
     seen = [output.submap for output in outputs if output.submap is not None]
     found = Findings(
         0.0,
         0.0,
         needed_m2=config.localizer.min_explored_m2,
+        driven_m=max((path_length(submap.path_xy) for submap in seen), default=math.inf),
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
-        restarts=sum(b is not a and b.id <= a.id for a, b in pairwise(seen)),
+        restarts=sum(b.stamp_ns != a.stamp_ns and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
         is_blind=bool(outputs) and not seen,
+        storeys_alike=storeys_alike(outputs[-1].storeys if outputs else {}),
+        sensed=sensed or Sensed(),
     )
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
@@ -101,6 +108,7 @@ def explain_match(
 def causes_of_look(
     question: Question,
     verdict: Verdict,
+    submap: Submap,
     status: Status,
     is_mirrored: bool,
     denial: ScaleEstimate | None = None,
@@ -112,7 +120,8 @@ def causes_of_look(
     """
     if status is Status.LOCALIZED:
         return ()
-    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial)
+    driven_m = path_length(submap.path_xy)
+    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial, driven_m=driven_m)
     return causes_of(_of_look(found, question, verdict))
 
 
@@ -165,13 +174,15 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
 
 def _of_look(found: Findings, question: Question, verdict: Verdict) -> Findings:
     factors = (question.search.misstated or question.search).factors
+    shares, probability = alike(verdict)
     return replace(
         found,
         walls_m=question.sub.evidence.wall_length_m,
         seen_m2=question.area_m2,
         plan_m2=question.plan.evidence.free_area_m2,
         best=Fit.of(verdict),
-        alike=alike(verdict),
+        alike=shares,
+        alike_probability=float(probability),
         scales=(float(factors.min()), float(factors.max())),
         resolution_m=question.plan.segmentation.grid.resolution,
     )

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements, rotation
-from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.judging.findings import DoubleWalls, TurningWalls
 from fpnet_core.localizer.anchor import FEWEST_POINTS
+from fpnet_core.localizer.kept import is_brief
 from fpnet_core.pose import (
     FINE,
     RIGID_STRAIN,
@@ -44,7 +45,7 @@ _FIT = 0.7  # chosen: share of the walls on first ones once they are moved there
 _GAIN = 0.12  # chosen: where moving them brings so much, they were double
 _TWICE = 2  # chosen: looks that say so; one alone may be a door that has been shut
 _CELL_M = 0.1  # numerical: of the raster on which walls show their direction
-_FEWEST_DIRECTIONS = 5  # chosen: looks that tell a turn from a step
+_FEWEST_PLACES = 5  # chosen: along the path, looks from which tell a turn from a step
 _LEAST_STRENGTH = 0.4  # chosen: walls without a common direction tell nothing
 _LEAST_TURN_RAD = math.radians(8.0)  # physical: wings of a building are further apart
 _STEADY = 0.15  # chosen: of the whole turn, by which directions may lie beside a steady one
@@ -56,7 +57,8 @@ _TURNS_RAD = tuple(math.radians(turn) for turn in (-12.0, -6.0, 0.0, 6.0, 12.0))
 
 def drift_of(outputs: Sequence[LocalizerOutput]) -> DoubleWalls | TurningWalls | None:
     """Return what a run's walls tell of drift; None where they tell of none."""
-    submaps = _last_piece([output.submap for output in outputs if output.submap is not None])
+    whole = (output.submap for output in outputs if not is_brief(output))
+    submaps = _last_piece([submap for submap in whole if submap is not None])
     return _double_walls(submaps) or _turning_walls(submaps)
 
 
@@ -77,9 +79,9 @@ def _turning_walls(submaps: Sequence[Submap]) -> TurningWalls | None:
     """Return by how much the walls' direction turns; None where it stays, or comes in steps."""
     seen = [(lengths_along(s.path_xy)[-1], _direction(s)) for s in submaps if len(s.path_xy)]
     known = np.array([(path, way) for path, way in seen if way is not None]).reshape(-1, 2)
-    if len(known) < _FEWEST_DIRECTIONS:
-        return None
     path, way = known[:, 0], np.unwrap(known[:, 1], period=math.pi / 2)
+    if len(np.unique(path)) < _FEWEST_PLACES:
+        return None
     slope, offset = np.polyfit(path, way, 1)
     turn, beside = abs(slope) * np.ptp(path), np.std(way - slope * path - offset)
     if turn < _LEAST_TURN_RAD or beside > _STEADY * turn:

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 import logging
+import math
 import re
 import time
 
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import RegisteredSweep, Scan
+from fpnet_core.localizer.kept import KeptOutputs, KeptPoses
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
@@ -33,6 +36,7 @@ class ReplayResult:
     """
     Everything a run produced, in time order.
 
+    ``outputs`` are all ticks, as :class:`fpnet_core.localizer.kept.KeptOutputs` keeps them.
     ``published`` holds every pose given out, plan frame, nominal metres, with the sensor's
     stamps, and ``covariances (S, 3, 3)`` those of their x, y [m] and yaw [rad]; ``odometry`` the
     sensor's path in ``odom``. ``storeys`` names the storey whose plan each published pose is on.
@@ -90,6 +94,7 @@ class Replay:
     register : odometry for scans that bring no pose; None where all of them do
     on_scan : called after each scan, for progress bars
     registers_all : scans with poses go through ``register``, too, which may take them as a guess
+    map_bytes : memory for maps of ticks, as of :class:`fpnet_core.localizer.kept.KeptOutputs`
 
     Raises
     ------
@@ -105,9 +110,10 @@ class Replay:
         register: Register | None,
         on_scan: Callable[[], None] = lambda: None,
         registers_all: bool = False,
+        map_bytes: float = math.inf,
     ) -> None:
         self._registers_all = registers_all
-        self._run = _Run(localizer, int(tick_period_s * NS_PER_S))
+        self._run = _Run(localizer, int(tick_period_s * NS_PER_S), KeptOutputs(map_bytes))
         self._outputs = self._follow(scans, register, on_scan)
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
@@ -136,12 +142,12 @@ class Replay:
                 refusal, ticked = error, False
             on_scan()
             if ticked:
-                yield run.outputs[-1]
-        if refusal is not None and not run.path:
+                yield run.outputs.newest[-1]
+        if refusal is not None and not len(run.path):
             raise refusal
         run.tell_of_refused()
         if run.finish():
-            yield run.outputs[-1]
+            yield run.outputs.newest[-1]
 
 
 @dataclass(eq=False)
@@ -150,12 +156,12 @@ class _Run:
 
     localizer: Localizer
     period_ns: int
-    outputs: list[LocalizerOutput] = field(default_factory=list)
-    published: list[tuple[int, SE2]] = field(default_factory=list)
-    covariances: list[NDArray[np.float64]] = field(default_factory=list)
+    outputs: KeptOutputs
+    published: KeptPoses = field(default_factory=KeptPoses)
+    covariances: array[float] = field(default_factory=lambda: array('d'))
     storeys: list[str] = field(default_factory=list)
-    path: list[tuple[int, SE2]] = field(default_factory=list)
-    add_ms: list[float] = field(default_factory=list)
+    path: KeptPoses = field(default_factory=KeptPoses)
+    add_ms: array[float] = field(default_factory=lambda: array('d'))
     refused: Counter[str] = field(default_factory=Counter)
     next_tick_ns: int | None = None
 
@@ -164,7 +170,7 @@ class _Run:
         start = time.perf_counter()
         self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
         self.add_ms.append(1e3 * (time.perf_counter() - start))
-        self.path.append((stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor)))
+        self.path.append(stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor))
         if self.next_tick_ns is None or stamp_ns < self.next_tick_ns - 2 * self.period_ns:
             self.next_tick_ns = stamp_ns + self.period_ns
         if is_due := stamp_ns >= self.next_tick_ns:
@@ -174,8 +180,8 @@ class _Run:
         pose = output.pose(sweep.T_odom_sensor)
         cov = output.covariance(sweep.T_odom_sensor, stamp_ns)
         if pose is not None and cov is not None:
-            self.published.append((stamp_ns, pose))
-            self.covariances.append(cov)
+            self.published.append(stamp_ns, pose)
+            self.covariances.extend(cov.flat)
             self.storeys.append(output.storey)
         return is_due
 
@@ -192,30 +198,30 @@ class _Run:
 
     def tick(self, stamp_ns: int) -> None:
         self.outputs.append(self.localizer.tick(stamp_ns))
-        _log_change(self.outputs, self.path[0][0])
+        _log_change(self.outputs.newest, self.path.first_ns)
 
     def finish(self) -> bool:
         """Tick once more where the last scan was not the last tick's; tell whether that was so."""
-        is_late = bool(self.path) and (
-            not self.outputs or self.outputs[-1].stamp_ns < self.path[-1][0]
-        )
+        if not len(self.path):
+            return False
+        is_late = all(o.stamp_ns < self.path.last_ns for o in self.outputs.newest[-1:])
         if is_late:
-            self.tick(self.path[-1][0])
+            self.tick(self.path.last_ns)
         return is_late
 
     def result(self) -> ReplayResult:
         return ReplayResult(
-            tuple(self.outputs),
-            PlanarTrajectory.of(self.published),
-            np.array(self.covariances, dtype=np.float64).reshape(-1, 3, 3),
-            PlanarTrajectory.of(self.path),
+            self.outputs.all(),
+            self.published.trajectory(),
+            np.array(self.covariances).reshape(-1, 3, 3),
+            self.path.trajectory(),
             np.array(self.add_ms),
             self.refused.total(),
             tuple(self.storeys),
         )
 
 
-def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:
+def _log_change(outputs: Sequence[LocalizerOutput], start_ns: int) -> None:
     """Log the last of the outputs where its status is another than the one's before it."""
     last = outputs[-1]
     if len(outputs) < 2 or outputs[-2].status is not last.status:

@@ -266,7 +266,9 @@ class _Tick:
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
             others=others,
         )
-        causes = causes_of_look(asked, verdict, told.status, told.is_mirrored, self.plan.denial)
+        causes = causes_of_look(
+            asked, verdict, submap, told.status, told.is_mirrored, self.plan.denial
+        )
         output = self._output(plan, found, belief.judged, told, A, spread)
         storeys = probabilities(plan, verdict, others)
         named = replace(output, causes=causes, storey=plan.name, storeys=storeys)

@@ -19,7 +19,7 @@ from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import write_covariances, write_tum
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
-from fpnet_core.report.moments import chosen_ticks
+from fpnet_core.report.moments import shown_ticks
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap, LocalizerOutput, Submap
 
@@ -107,7 +107,7 @@ def _write_bag(
             cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
             bag.write_uncertain_pose(_TWIN, stamp_ns, _MAP, T_map_sensor, cov)
-        with_submap = set(chosen_ticks([output.status.value for output in outputs]))
+        with_submap = set(shown_ticks(outputs))
         for index, output in enumerate(outputs):
             _write_belief(bag, output, frame)
             if index in with_submap and output.submap is not None:

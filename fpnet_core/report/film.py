@@ -53,7 +53,7 @@ def write_film(path: Path, record: RunRecord) -> None:
     """
     shown = [each for each in record.outputs if each.segmentation is not None]
     if not shown:
-        raise FpnetError(f'{path}: the run has no submap to show; it ended before its first tick')
+        raise FpnetError(f'{path}: no submap to show: too little was seen to compare')
     frames, durations = zip(*_frames(_Film(record, shown), shown), strict=True)
     palette = _common_palette(frames)
     images = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]

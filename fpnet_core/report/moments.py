@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry.distinct import evenly_drawn
+from fpnet_core.localizer.kept import is_brief
 from fpnet_core.report.pictures import segmentation_picture
 from fpnet_core.report.record import RunRecord, best_placement_error
 from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
@@ -30,7 +31,7 @@ _PATH_SAMPLES = 400  # numerical
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
     """Return the ticks to step through, time order; empty for a run without ticks."""
-    return [moment(record, record.outputs[index]) for index in chosen_ticks(record.statuses)]
+    return [moment(record, record.outputs[index]) for index in shown_ticks(record.outputs)]
 
 
 def changes(record: RunRecord) -> list[dict[str, Any]]:
@@ -49,6 +50,12 @@ def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
         'reason': output.reason,
         'probability': round(output.probability, 3),
     }
+
+
+def shown_ticks(outputs: Sequence[LocalizerOutput]) -> list[int]:
+    """Return indices of the ticks to step through: of those that have their maps still."""
+    whole = [index for index, output in enumerate(outputs) if not is_brief(output)]
+    return [whole[k] for k in chosen_ticks([outputs[index].status.value for index in whole])]
 
 
 def chosen_ticks(statuses: Sequence[str]) -> list[int]:

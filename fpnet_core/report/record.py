@@ -60,11 +60,6 @@ class RunRecord:
         return int(known.min()) if len(known) else 0
 
     @property
-    def statuses(self) -> list[str]:
-        """The status of each tick."""
-        return [output.status.value for output in self.outputs]
-
-    @property
     def truth_on_plan(self) -> PlanarTrajectory:
         """True poses in the plan frame; none where there is no truth."""
         if self.truth is None:

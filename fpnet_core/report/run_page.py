@@ -18,7 +18,7 @@ from fpnet_core.report.charts import (
     thinned,
     timeline_figure,
 )
-from fpnet_core.report.moments import changes, chosen_ticks, moments
+from fpnet_core.report.moments import changes, moments, shown_ticks
 from fpnet_core.report.page import write_page
 from fpnet_core.report.record import PLACEMENT_SIGNS, RunRecord
 from fpnet_core.viz.colours import PLACEMENT_COLOURS
@@ -43,7 +43,7 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
         summary=record.summary,
         figures_shown=_shown(record),
         causes=record.causes,
-        ticks=len(chosen_ticks(record.statuses)),
+        ticks=len(shown_ticks(record.outputs)),
     )
 
 

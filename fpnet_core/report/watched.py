@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Self
 
 from fpnet_core.io.parcels import ShownPlan, ShownTick
+from fpnet_core.localizer.kept import in_brief
 from fpnet_core.report.live import LiveRun
 from fpnet_core.report.record import RunRecord
 from fpnet_core.trajectory import PlanarTrajectory
@@ -92,10 +93,7 @@ class WatchedRun:
 
 def with_tick(record: RunRecord, tick: ShownTick) -> RunRecord:
     """Return the record with another tick; of all before, only what fills a line is kept."""
-    before = tuple(
-        replace(output, submap=None, segmentation=None, graph=None, match=None)
-        for output in record.outputs[-1:]
-    )
+    before = map(in_brief, record.outputs[-1:])
     outputs = (*record.outputs[:-1], *before, tick.output)
     if len(outputs) > _REMEMBERED:
         outputs = (outputs[0], *outputs[-_REMEMBERED:])

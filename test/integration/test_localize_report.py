@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 from planted import A_BUILDING_PLAN, plan_grid
-from planted_drive import drive, recorded
+from planted_drive import drive, recorded, standing
 import pytest
 
 from fpnet_core.cli import main
@@ -62,3 +62,21 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     text = (out / 'report.html').read_text(encoding='utf-8')
     assert 'scans on plan.yaml' in text
     assert '<dt>median position error [m]</dt>' in text
+
+
+def test_a_recording_that_stands_still_ends_in_a_report(folder, tmp_path, capsys):
+    scans, out = tmp_path / 'scans', tmp_path / 'run'
+    scans.mkdir()
+    for index, (points, _, _) in enumerate(standing(60)):
+        np.save(scans / f'{index:06d}.npy', points)
+    np.save(tmp_path / 'poses.npy', np.tile(np.eye(4), (60, 1, 1)))
+    with pytest.raises(SystemExit) as ended:
+        main(
+            [
+                'localize', str(scans), '--poses', str(tmp_path / 'poses.npy'),
+                '--floorplan', str(folder / 'plan.yaml'), '--out', str(out),
+            ]
+        )  # fmt: skip
+    assert ended.value.code == 3
+    assert '1. too little seen: the robot stood still (0.0 m driven)' in capsys.readouterr().out
+    assert {'report.html', 'run.json', 'odometry.tum'} <= {path.name for path in out.iterdir()}

@@ -7,12 +7,14 @@ from dataclasses import replace
 import pytest
 
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import (
+from fpnet_core.judging.causes import causes_of
+from fpnet_core.judging.findings import (
     DoubleWalls,
     Findings,
     Fit,
+    Sensed,
     TurningWalls,
-    causes_of,
+    storeys_alike,
 )
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import CauseKind
@@ -168,3 +170,37 @@ def test_there_is_always_a_cause():
     assert len(causes_of(Findings(0.0, 0.0))) == 1
     fits = replace(TRIED, best=Fit(0.9, 0.9, 1.0), alike=(0.9,))
     assert 'nothing speaks against the plan' in first(fits).evidence
+
+
+def test_a_scanner_upside_down_is_no_mirrored_drawing():
+    found = replace(TRIED, mirror=Fit(0.99, 0.9, 1.0), sensed=Sensed(is_upside_down=True))
+    assert kinds(found) == [CauseKind.UPSIDE_DOWN]
+    assert first(found).next == "fpnet doctor 'my drive'"
+    assert kinds(replace(found, is_mirrored=True)) == [CauseKind.UPSIDE_DOWN]
+
+
+def test_places_that_are_as_probable_together_are_not_another_building():
+    """Half the walls are furniture: a right place explains few of them, and so does its twin."""
+    found = replace(TRIED, best=Fit(0.45, 0.6, 1.0), alike=(0.6, 0.6), alike_probability=0.9)
+    assert kinds(found) == [CauseKind.SELF_SIMILAR]
+    assert first(found).evidence == '2 places explain the 140 m of wall alike: 60 %, 60 %'
+    assert kinds(replace(found, alike_probability=0.04)) == [CauseKind.OTHER_PLAN]
+
+
+def test_storeys_that_nothing_tells_apart_are_not_another_building():
+    asked = Asked(('fpnet', 'localize', 'drive', '--site'), 'site.yaml')
+    found = replace(TRIED, storeys_alike=storeys_alike({'1': 0.45, '2': 0.44, '3': 0.01}))
+    (cause,) = causes_of(found, asked)
+    assert cause.kind is CauseKind.SELF_SIMILAR
+    assert cause.evidence == 'nothing seen so far tells storeys apart: 1 (p 0.45), 2 (p 0.44)'
+    assert cause.next.endswith('fpnet localize drive --floorplan PLAN_OF_THE_STOREY')
+    for unlike in ({}, {'1': 0.9}, {'1': 0.9, '2': 0.05}, {'1': 0.1, '2': 0.1}):
+        assert storeys_alike(unlike) == {}
+
+
+def test_rare_scans_are_the_cause_of_drift_and_of_walls_that_fit_nowhere():
+    found = replace(TRIED, drift=TurningWalls(40.0, 30.0), sensed=Sensed(matched_hz=2.0))
+    assert kinds(found) == [CauseKind.RARE_SCANS]
+    assert first(found).evidence.startswith('2.0 scans a second, and no other odometry')
+    assert first(found).next.endswith('plan.png --page 2 --poses POSES.tum')
+    assert first(replace(found, sensed=Sensed(matched_hz=10.0))).kind is CauseKind.DRIFT

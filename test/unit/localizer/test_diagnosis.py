@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 from planted import plan_grid
-from planted_drive import recorded
+from planted_drive import recorded, standing
 import pytest
 
 from fpnet_core.config import load_config
@@ -16,7 +16,7 @@ from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSourc
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.judging.findings import DoubleWalls, TurningWalls
 from fpnet_core.localizer import Localizer, match_maps, replay
 from fpnet_core.localizer.diagnosis import explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
@@ -152,6 +152,17 @@ def test_a_drive_that_has_hardly_begun(matcher):
     assert [cause.kind for cause in causes] == [CauseKind.TOO_LITTLE]
 
 
+def test_a_run_that_stands_still_says_so(matcher):
+    run = drive_on(plan_grid(), matcher, standing())
+    causes = explained(run, plan_grid(), matcher)
+    for cause in (causes[0], run.outputs[-1].causes[0]):
+        assert cause.kind is CauseKind.TOO_LITTLE
+        assert cause.evidence.startswith('the robot stood still (0.0 m driven): ')
+    assert causes[0].next.startswith('drive through at least two rooms and a corridor, then: ')
+    for found in (causes, run.outputs[-1].causes):
+        assert CauseKind.OTHER_PLAN not in [cause.kind for cause in found]
+
+
 def test_a_run_without_a_scan(matcher):
     assert explain_run((), plan_grid(), matcher, CONFIG)[0].kind is CauseKind.TOO_LITTLE
 
@@ -215,6 +226,7 @@ def test_walls_that_turn_with_every_metre():
     assert isinstance(drift, TurningWalls)
     assert drift.turn_deg == pytest.approx(2.5 * drift.path_m, rel=0.25)
     assert drift_of(submaps_of(recorded())) is None
+    assert drift_of(submaps_of(standing())) is None
     assert drift_of([]) is None
 
 
