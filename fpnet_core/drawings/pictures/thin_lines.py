@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.found import Found
-from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.pictures.thickness import THIN, thin_walls
 from fpnet_core.raster.morphology import Mask, opened_by, square
 from fpnet_core.types import FREE, OCCUPIED, Segmentation
@@ -31,25 +30,20 @@ def without_thin_lines(found: Found, config: SegmentationConfig) -> Found:
     """
     Return a building without lines that are thinner than walls, where they take rooms' doors.
 
-    No more are left out than it takes, and none where it looks less like a building without. A
-    robot's map is what it shows.
+    No more are left out than it takes, and none where fewer rooms have doors without them: then
+    they are walls. A robot's map is what it shows.
     """
     if found.seen is None:
         return found
-    best, doorless = found, _doorless(found.segmentation)
+    best, (doored, doorless) = found, _counted(found.segmentation)
     for cells in _thinned(found.cells):
         if not doorless:
             break
         other = found.with_cells(cells, config)
-        if _doorless(other.segmentation) < doorless and _is_as_likely(other, found):
-            best, doorless = other, _doorless(other.segmentation)
+        others = _counted(other.segmentation)
+        if others[0] >= doored and others[1] < doorless:
+            best, (doored, doorless) = other, others
     return best
-
-
-def _is_as_likely(other: Found, found: Found) -> bool:
-    """Tell whether a building has rooms, and no more that no building is like."""
-    rooms = other.segmentation
-    return bool(rooms.rooms) and len(findings(rooms)) <= len(findings(found.segmentation))
 
 
 def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
@@ -71,7 +65,7 @@ def _is_thin(walls: Mask, side: int) -> bool:
     return bool(np.count_nonzero(usual) >= _USUAL_SHARE * np.count_nonzero(walls))
 
 
-def _doorless(segmentation: Segmentation) -> int:
-    """Count the rooms that have no door."""
-    doored = {room for portal in segmentation.portals for room in portal.rooms}
-    return sum(room.id not in doored for room in segmentation.rooms)
+def _counted(segmentation: Segmentation) -> tuple[int, int]:
+    """Count the rooms that have doors and those that have none."""
+    doored = {room for portal in segmentation.portals for room in portal.rooms} - {None}
+    return len(doored), len(segmentation.rooms) - len(doored)
