@@ -23,18 +23,18 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.building import first_cells
+from fpnet_core.drawings.pictures.building import SeenBuilding, first_cells
 from fpnet_core.drawings.pictures.found import Found, rooms_of, stride
 from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings
 from fpnet_core.drawings.types import Box, Chances, Doubtful
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.raster.morphology import shrunk
+from fpnet_core.raster.morphology import grown, shrunk
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import EVERY_SIDE
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.small_networks import standardised
-from fpnet_core.types import OCCUPIED, UNKNOWN, Segmentation
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, Segmentation
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
@@ -52,6 +52,7 @@ SHEET_FIGURES = (
 
 # Chosen, not measured:
 _INNER_CELLS = 2  # so far from its walls a room's inside begins
+_LINE_CELLS = 4  # so much thicker are lines at the first look
 _UNSURE = 0.8  # less probable classes are not sure
 _DOUBTFUL = 0.5  # a room that is right with less
 _MOST_MARKED = 12  # places; more are no help
@@ -159,7 +160,7 @@ def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
     """Return what speaks for and against a building that the parser saw, with rooms."""
     rooms, seen = found.segmentation, found.seen
     assert seen is not None, 'a map is what it shows'
-    first, _ = rooms_of(first_cells(seen), config, found.known_factor)
+    first, _ = rooms_of(_first_cells(found, seen), config, found.known_factor)
     chances, before = (_at_cells(each, found) for each in (seen.chances, seen.first_chances))
     columns = {
         **_shapes(rooms),
@@ -182,6 +183,13 @@ def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
     ]
     of_rooms = np.column_stack([columns[name] for name in ROOM_FIGURES])
     return SheetEvidence(of_rooms, np.array(whole))
+
+
+def _first_cells(found: Found, seen: SeenBuilding) -> NDArray[np.int8]:
+    """Return the cells (H, W) by the first look alone, without lines that were left out."""
+    cells = first_cells(seen)
+    gone = grown((seen.cells == OCCUPIED) & (found.cells == FREE), _LINE_CELLS)
+    return np.where(gone & (cells == OCCUPIED), FREE, cells).astype(np.int8)
 
 
 def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:

@@ -15,7 +15,7 @@ from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import ReadOptions, ScaleSource
 from fpnet_core.errors import ConfigError
 from fpnet_core.io.maps import write_map
-from fpnet_core.raster.pixels import pixel_to_xy
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE
 
 
@@ -178,7 +178,7 @@ def test_a_mirrored_drawing_is_flipped(drawing, tmp_path):
     np.testing.assert_array_equal(flipped.grid.cells, plain.grid.cells[:, ::-1])
     record = json.loads((tmp_path / 'out.json').read_text())
     at = np.array(record['H_plan_image']) @ [100.0, 50.0, 1.0]
-    x, y = pixel_to_xy(plain.grid).apply([100.0, 50.0])
+    ((x, y),) = map_points(plain.H_plan_image, np.array([[100.0, 50.0]]))
     width_m = plain.grid.shape[1] * plain.grid.resolution
     np.testing.assert_allclose(at[:2] / at[2], [width_m - x, y], atol=1e-6)
 

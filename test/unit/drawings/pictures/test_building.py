@@ -201,9 +201,15 @@ def rooms_around(size, is_courtyard):
     return picture, truth
 
 
-@pytest.mark.parametrize('is_framed', [False, True])
 @pytest.mark.parametrize(
-    ('size', 'is_courtyard'), [((1000, 800), False), ((1600, 1100), False), ((1300, 1000), True)]
+    ('size', 'is_courtyard', 'is_framed'),
+    [
+        ((1000, 800), False, False),
+        ((1000, 800), False, True),
+        ((1600, 1100), False, False),
+        ((1600, 1100), False, True),
+        ((1300, 1000), True, False),
+    ],
 )
 def test_a_hall_is_as_large_as_its_walls_and_a_courtyard_outside(size, is_courtyard, is_framed):
     picture, truth = rooms_around(size, is_courtyard)
