@@ -96,15 +96,16 @@ def _lines_between(spaces: Labels, chances: Chances) -> tuple[Labels, Labels, Ar
     The two spaces (N,) at its ends, and how many nats of a door are there.
     """
     kinds = chances[[DOOR, WINDOW]]
-    along, down = _across(spaces, kinds), _across(spaces.T, kinds.transpose(0, 2, 1))
-    a, b, length, found = (np.concatenate(each) for each in zip(along, down, strict=True))
-    widest = _DOOR_WALLS * max(float(np.median(length)) if length.size else 1.0, 1.0)
-    doors = (_DOOR * found[:, 0] - _WINDOW * found[:, 1]) / widest
-    return np.concatenate([a, b]), np.concatenate([b, a]), np.concatenate([doors, doors])
+    down = _across(spaces.T, kinds.transpose(0, 2, 1))
+    first, second, length, door, window = np.concatenate([_across(spaces, kinds), down]).T
+    narrowest = _DOOR_WALLS * max(float(np.median(length)) if length.size else 1.0, 1.0)
+    doors = (_DOOR * door - _WINDOW * window) / narrowest
+    a = np.concatenate([first, second]).astype(np.int32)
+    return a, np.roll(a, len(first)), np.concatenate([doors, doors])
 
 
-def _across(spaces: Labels, kinds: Chances) -> tuple[Labels, Labels, Array, Array]:
-    """Return the stretches of lines along rows: both spaces, how long they are, and of what."""
+def _across(spaces: Labels, kinds: Chances) -> Array:
+    """Return the stretches (N, 5) of lines along rows: both spaces, how long, door, window."""
     flat = np.pad(spaces, ((0, 0), (1, 1)), constant_values=-1).ravel()
     edges = np.diff((flat == 0).astype(np.int8))
     begin, end = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
@@ -113,4 +114,4 @@ def _across(spaces: Labels, kinds: Chances) -> tuple[Labels, Labels, Array, Arra
     padded = np.pad(kinds, ((0, 0), (0, 0), (1, 1))).reshape(len(kinds), -1)
     summed = np.pad(np.cumsum(padded, axis=1, dtype=np.float64), ((0, 0), (1, 0)))
     means = (summed[:, end] - summed[:, begin]) / (end - begin)
-    return flat[begin - 1], flat[end], (end - begin).astype(np.float64), means.T
+    return np.column_stack([flat[begin - 1], flat[end], end - begin, means.T])
