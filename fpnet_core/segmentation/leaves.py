@@ -54,7 +54,7 @@ def at(values: Codes, places: Array) -> Codes:
     """Return the values at the cells nearest to places (..., 2); beyond the rim, the rim's."""
     row, col = np.moveaxis((places + 0.5).astype(np.int64), -1, 0)
     rows, cols = values.shape
-    return values[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)]
+    return np.asarray(values[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)])
 
 
 def is_end(ink: Codes, tips: Array, u: Array) -> Mask:

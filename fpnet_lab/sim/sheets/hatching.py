@@ -23,7 +23,7 @@ def turned(angle_rad: float) -> Array:
 def hatched(rings: Sequence[Array], angle_rad: float, spacing_m: float) -> Array:
     """Return parallel strokes (K, 2, 2) [m] that fill rings (V, 2), inner ones being holes."""
     none = np.zeros((0, 2, 2))
-    if not len(rings):
+    if not any(len(ring) for ring in rings):
         return none
     R = turned(angle_rad)
     a = np.concatenate(list(rings)) @ R.T
