@@ -116,7 +116,7 @@ class Run:
         self._matcher = LearnedMatcher(config.matcher)
         self._localizer = SiteLocalizer(config, self._matcher)
         self._localizer.set_site(site)
-        self._upside_down = 0  # votes of scans for it
+        self._upside_down: list[int] = []  # what scans say of it
         self._replay = Replay(
             self._watched(scans),
             self._localizer,
@@ -216,13 +216,14 @@ class Run:
             return ()
         plan, outputs = self.plan, self.result.outputs
         config = with_scale_of(plan, self.config)
-        sensed = Sensed(self._upside_down > 0, self._matched_hz)
+        is_upside_down = 2 * sum(self._upside_down) > len(self._upside_down)
+        sensed = Sensed(is_upside_down, self._matched_hz)
         return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey, sensed)
 
     def _watched(self, scans: ScanSource) -> Iterator[Scan]:
         for number, scan in enumerate(scans):
             if number % _LOOK_EVERY == 0:
-                self._upside_down += upside_down_vote(scan)
+                self._upside_down.append(upside_down_vote(scan))
             yield scan
 
     @property
