@@ -38,12 +38,12 @@ def resolve_scale(found: Found, config: SegmentationConfig) -> tuple[DrawingScal
     if said is not None and not _is_contradicted(found, said[0]):
         return said
     grid = GridMap(found.cells[::-1], NOMINAL_M)
-    segmentation, factor = segment_unknown_scale(grid, config)
+    segmentation, factor = segment_unknown_scale(grid, config, prior=found.prior)
     per_pixel = cells_per_pixel(found.H_cell_pixel, found.cells.shape)
     pixel_m = NOMINAL_M * per_pixel
     low, metres, high = (pixel_m * each for each in (factor.low, factor.factor, factor.high))
-    prior = Prior(math.log(metres), math.log(high / low) / _SIGMAS)
-    agreed = _agreed(found, segmentation, prior) if said is None else None
+    told = Prior(math.log(metres), math.log(high / low) / _SIGMAS)
+    agreed = _agreed(found, segmentation, told) if said is None else None
     if agreed is not None and low / _FURTHEST < agreed.resolution_m < high * _FURTHEST:
         return scale_of(agreed), agreed.resolution_m / per_pixel
     why = 'estimated from doors, rooms and walls'

@@ -14,7 +14,13 @@ from fpnet_core.io.outside import interior
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.scale_figures import scale_figures
-from fpnet_core.segmentation.scale_model import Side, packaged_scale_model, quantiles
+from fpnet_core.segmentation.scale_model import (
+    ScalePrior,
+    Side,
+    packaged_scale_model,
+    pooled,
+    quantiles,
+)
 from fpnet_core.segmentation.scene import clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
@@ -73,7 +79,10 @@ STATED_SCALE = ScaleEstimate(1.0, 1.0, 1.0)
 
 
 def estimate_metres_per_unit(
-    segmentation: Segmentation, metres_per_unit: float = 1.0, is_partial: bool = False
+    segmentation: Segmentation,
+    metres_per_unit: float = 1.0,
+    is_partial: bool = False,
+    prior: ScalePrior | None = None,
 ) -> ScaleEstimate:
     """
     Return the factor that makes nominal metres true ones, as far as rooms, doors and walls tell.
@@ -83,29 +92,36 @@ def estimate_metres_per_unit(
     segmentation : rooms and doors in nominal metres
     metres_per_unit : the factor that the segmentation was made with
     is_partial : it is a robot's map, not a drawing
+    prior : what else is known of a nominal metre
     """
     side: Side = 'map' if is_partial else 'plan'
     figures = scale_figures(segmentation, metres_per_unit)
     posterior = packaged_scale_model().posterior(figures, side)
+    if prior is not None:
+        posterior = pooled(posterior, prior, metres_per_unit)
     low, median, high = metres_per_unit * np.exp(quantiles(posterior, _STATED))
     return ScaleEstimate(float(median), float(low), float(high))
 
 
 def segment_unknown_scale(
-    source: GridMap | Submap, config: SegmentationConfig, max_rounds: int = _MAX_ROUNDS
+    source: GridMap | Submap,
+    config: SegmentationConfig,
+    max_rounds: int = _MAX_ROUNDS,
+    prior: ScalePrior | None = None,
 ) -> tuple[Segmentation, ScaleEstimate]:
     """
     Segment a drawing or a map whose scale is unknown, and estimate that scale.
 
     The segmentation's thresholds need a scale and the scale needs its rooms: both are repeated
-    until the scale stays. The first guess comes from the clearance, of which one cell in five
-    has more than about 1.2 m in any building. The regions stay in nominal metres. Fewer
-    ``max_rounds`` are faster and do for a look.
+    until the scale stays. The first guess is what a ``prior`` tells of a nominal metre, or comes
+    from the clearance, of which one cell in five has more than about 1.2 m in any building. The
+    regions stay in nominal metres. Fewer ``max_rounds`` are faster and do for a look.
     """
-    factor = first_guess(source)
+    factor = first_guess(source) if prior is None else prior.median
     for number in range(max_rounds):
         segmentation = segment_at(source, config, factor)
-        estimate = estimate_metres_per_unit(segmentation, factor, isinstance(source, Submap))
+        is_partial = isinstance(source, Submap)
+        estimate = estimate_metres_per_unit(segmentation, factor, is_partial, prior)
         if abs(np.log(estimate.factor / factor)) < _CONVERGED or number == max_rounds - 1:
             break
         factor = estimate.factor

@@ -12,7 +12,7 @@ nominal scale, whatever that is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
@@ -46,6 +46,12 @@ start.
 GRID = np.linspace(-1.6, 1.6, 321)
 """
 Numerical: logarithms of true over assumed metres at which a posterior is held; a hundredth apart.
+"""
+
+PRIOR_SHARE = 0.3
+"""
+Of the logarithm of a scale's density, that a picture's parser tells; both see the same drawing.
+Chosen: of 0, 0.3, 0.5 and 0.7 that of the least errors on 45 drawings of the tune half.
 """
 
 
@@ -108,6 +114,43 @@ def smeared(density: Array, share: float, sigma: float) -> Array:
 def quantiles(density: Array, at: tuple[float, ...]) -> Array:
     """Return the logarithms ``(len(at),)`` below which ``density (G,)`` has these shares."""
     return np.interp(at, np.cumsum(density) - 0.5 * density, GRID)
+
+
+@dataclass(frozen=True, eq=False)
+class ScalePrior:
+    """
+    What is known of a scale apart from rooms, doors and walls, as from a look at a picture.
+
+    ``at (N,)`` are logarithms of true metres per unit, ascending, ``log_density (N,)`` the
+    logarithms of its density there, but for a constant.
+    """
+
+    at: Array
+    log_density: Array
+
+    @property
+    def median(self) -> float:
+        """True metres per unit."""
+        density = np.exp(self.log_density - self.log_density.max())
+        density /= density.sum()
+        return float(np.exp(np.interp(0.5, np.cumsum(density) - 0.5 * density, self.at)))
+
+    def per(self, units: float) -> ScalePrior:
+        """Return the same of a unit that is so many of these."""
+        return replace(self, at=self.at + np.log(units))
+
+    def and_also(self, other: ScalePrior) -> ScalePrior:
+        """Return the geometric mean of two that have seen the same."""
+        both = self.log_density + np.interp(self.at, other.at, other.log_density)
+        return replace(self, log_density=0.5 * both)
+
+
+def pooled(density: Array, prior: ScalePrior, metres_per_unit: float) -> Array:
+    """Return ``density (G,)`` over :data:`GRID`, of a unit taken for so long, given a prior."""
+    also = np.interp(GRID + np.log(metres_per_unit), prior.at, prior.log_density)
+    logs = (1.0 - PRIOR_SHARE) * np.log(density) + PRIOR_SHARE * also
+    found = np.exp(logs - logs.max())
+    return np.asarray(found / found.sum())
 
 
 @cache

@@ -50,7 +50,8 @@ def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
     seen: Chances | None = None
     for factor in (*(px / longest for px in SHEET_PX), last):
         pixels, true = _sized(sample, factor)
-        seen = parse(pixels, None if seen is None else _known(seen, true.shape), network)
+        context = None if seen is None else _known(seen, true.shape)
+        seen = parse(pixels, context, network).chances
     assert seen is not None
     pairs = len(CLASSES) * true.ravel().astype(np.int64) + seen.argmax(axis=0).ravel()
     return np.bincount(pairs, minlength=len(CLASSES) ** 2).reshape(2 * [len(CLASSES)])

@@ -22,14 +22,11 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
-from fpnet_core.drawings.parsing.network import CHANNELS
+from fpnet_core.drawings.parsing.network import CHANNELS, SCALE_BINS
 from fpnet_core.io.pixel_classes import CLASSES
 
 OVERLAYS = ('text', 'furniture')
 """Given: what may lie upon a class: each has a probability of its own."""
-
-SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
-"""Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
 
 ANSWERS = len(CLASSES) + len(OVERLAYS)
 """Given: logits for each pixel: one of the classes, and each overlay for itself."""

@@ -39,8 +39,10 @@ _SHARES = {
     SheetKind.BROCHURE: 0.09, SheetKind.PHONE: 0.06, SheetKind.CLEAN: 0.08,
 }  # fmt: skip
 _SPECIAL_SHARE = 0.4  # of sheets of other kinds show buildings as varied ones do, halls mostly
+_GROUND_SHARE = 0.08  # of sheets show nothing but paper of one tone around their buildings,
+_WALLS_SHARE = 0.6  # of these the tone of the walls, as a plan of white rooms on solid black
 _REAL_SHARE = 0.03  # of samples are real floorplans; what is left shows no floorplan
-_SPECIAL_SEED = 7  # numerical: such buildings are drawn apart from their sheets
+_SPECIAL_SEED, _GROUND_SEED = 7, 8  # numerical: such choices change nothing else of a sheet
 _REAL_PIXEL_M = 0.05  # given
 _WIDEST_WALL_PX = 13  # of the real plans, whose pixels are 0.05 m
 _FACE_PX = 7  # twice as deep as a wall is seen where there is no other side to it
@@ -110,7 +112,22 @@ def sheet_sample(seed: int, kind: SheetKind) -> Sample:
     H = shrinking((size[0] / sheet.pixels.shape[1], size[1] / sheet.pixels.shape[0]))
     shape = (size[1], size[0])
     classes, overlays = sheet_classes(sheet, H, shape), sheet_overlays(sheet, H, shape)
+    rng = np.random.default_rng([seed, _GROUND_SEED])
+    if rng.random() < _GROUND_SHARE:
+        pixels = _on_one_tone(pixels, classes, rng)
     return Sample(pixels, classes, overlays, sheet.resolution_m() / factor)
+
+
+def _on_one_tone(pixels: Pixels, classes: Classes, rng: np.random.Generator) -> Pixels:
+    """Return a drawing around whose buildings all is of one tone, that of walls mostly."""
+    is_wall = classes == WALL
+    tone = rng.integers(0, 256, 3)
+    if is_wall.any() and rng.random() < _WALLS_SHARE:
+        tone = np.median(pixels[is_wall], axis=0)
+    shown = pixels.copy()
+    faces = is_wall & grown_by(classes == OUTSIDE, square(3))  # which the paper shines into
+    shown[(classes == OUTSIDE) | faces] = tone
+    return shown
 
 
 def blank_sample(pixels: Pixels) -> Sample:

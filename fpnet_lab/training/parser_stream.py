@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 from torch.utils.data import IterableDataset, get_worker_info
 
-from fpnet_lab.training.parser_network import SCALE_BINS, SCALE_M
+from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M
 from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, real_samples, samples
 from fpnet_lab.training.parser_views import Array, SampleView, two_views
 

@@ -4,11 +4,13 @@
 The network that parses pictures, evaluated by OpenCV.
 
 It tells what each pixel shows: one of the ``K`` classes of :mod:`fpnet_core.io.pixel_classes`.
-It answers for text, furniture and the scale as well; the packaged one has not learned these.
+It tells the scale of a picture as well. It answers for text and furniture, too, which nothing
+uses yet.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -20,6 +22,7 @@ from fpnet_core.drawings.types import Chances
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import read_onnx
+from fpnet_core.segmentation.scale_model import ScalePrior
 
 CONTEXT = len(CLASSES) + 1
 """Given: channels of an earlier answer: its probabilities, and where there is one."""
@@ -30,6 +33,9 @@ CHANNELS = 3 + CONTEXT
 STRIDE = 64
 """Given: pictures are padded to a multiple of so many pixels."""
 
+SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
+"""Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
+
 PARSER_SCHEMA = 1
 """Given: grows when the picture that the network sees is made otherwise."""
 
@@ -38,11 +44,19 @@ PARSER_NAME = 'parser.onnx.xz'
 _MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
 
 
+@dataclass(frozen=True, eq=False)
+class Parsed:
+    """``chances (K, H, W)`` of each class at each pixel, and the ``scale`` of a pixel [m]."""
+
+    chances: Chances
+    scale: ScalePrior
+
+
 def parse(
     pixels: NDArray[np.uint8], context: Chances | None = None, network: Any | None = None
-) -> Chances:
+) -> Parsed:
     """
-    Return the probability (K, H, W) of each class in ``pixels (H, W, 3)``.
+    Return what ``pixels (H, W, 3)`` show.
 
     Parameters
     ----------
@@ -55,8 +69,16 @@ def parse(
     height, width = pixels.shape[:2]
     network = network or packaged_parser()
     network.setInput(channels(pixels, context), 'picture')
-    logits = network.forward('classes')[0, : len(CLASSES), :height, :width]
-    return _softmax(np.asarray(logits, np.float32))
+    classes, scale = network.forward(['classes', 'scale'])
+    logits = classes[0, : len(CLASSES), :height, :width]
+    return Parsed(_softmax(np.asarray(logits, np.float32)), _pooled(scale[0]))
+
+
+def _pooled(votes: Chances) -> ScalePrior:
+    """Return the scale of a picture from places' votes (SCALE_BINS + 1, h, w) and weights."""
+    bins = np.linspace(*np.log(SCALE_M), SCALE_BINS)
+    weights = _softmax(votes[-1].ravel())
+    return ScalePrior(bins, votes[:-1].reshape(SCALE_BINS, -1) @ weights)
 
 
 def channels(pixels: NDArray[np.uint8], context: Chances | None = None) -> Chances:

@@ -15,18 +15,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.parsing.network import parse
+from fpnet_core.drawings.parsing.network import Parsed, parse
 from fpnet_core.drawings.pictures.spaces import LIKELY, rooms_among_spaces
 from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.drawings.pictures.view import View
 from fpnet_core.drawings.types import Array, Box, Chances
 from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import scale_of
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, shrunk, square
 from fpnet_core.raster.pieces import longer_pieces, pieces_of
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import window_of
+from fpnet_core.segmentation.scale_model import ScalePrior
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Pixels = NDArray[np.uint8]
@@ -77,7 +79,7 @@ class SeenBuilding:
     ``cells (H, W)`` with row 0 at the top, ``chances (K, H, W)`` of each class there, and
     ``first_chances (K, H, W)`` by the first look alone; ``H_cell_pixel (3, 3)`` maps the drawing's
     pixels to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
-    ``chosen`` indexes them.
+    ``chosen`` indexes them; ``scale`` is what a look tells of a cell [m].
     """
 
     cells: NDArray[np.int8]
@@ -86,6 +88,7 @@ class SeenBuilding:
     H_cell_pixel: Array
     boxes: tuple[Box, ...]
     chosen: int
+    scale: ScalePrior
 
 
 def see_building(view: View, storey: int | None) -> SeenBuilding | None:
@@ -100,7 +103,8 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
         If there is no such storey.
     """
     shape = view.levels.shape
-    first, H_sheet_pixel = _first_look(view)
+    sheet, H_sheet_pixel = _first_look(view)
+    first = sheet.chances
     labels, boxes = _buildings(first[OUTSIDE] < LIKELY)
     if not boxes:
         return None
@@ -118,18 +122,19 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     before = _moved(first, H_cell_sheet, size)
     picture, H_picture_pixel = view.shown(box, _longest(first, ground, boxes[order[chosen]]))
     second = _look(picture, first, H_picture_pixel @ np.linalg.inv(H_sheet_pixel))
-    fine = _enlarged(second, final)
+    fine = _enlarged(second.chances, final)
     grounds = _grown(ground, _WING_SHARE).astype(np.float32)
     near = cv2.warpPerspective(grounds, H_cell_sheet, size) > LIKELY
     cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
-    return SeenBuilding(cells, fine, before, H_cell_pixel, in_view, chosen)
+    scale = sheet.scale.per(1.0 / scale_of(H_cell_sheet[:2, :2]))
+    return SeenBuilding(cells, fine, before, H_cell_pixel, in_view, chosen, scale)
 
 
-def _first_look(view: View) -> tuple[Chances, Array]:
+def _first_look(view: View) -> tuple[Parsed, Array]:
     """
-    Return probabilities (K, H, W) of the whole sheet, and the map (3, 3) from a drawing's pixels.
+    Return what the whole sheet shows, and the map (3, 3) from a drawing's pixels.
 
     What a small picture shows of halls and large buildings is known to the look at a larger one.
     """
@@ -137,8 +142,12 @@ def _first_look(view: View) -> tuple[Chances, Array]:
     seen, H_seen_pixel = None, np.eye(3)
     for longest in SHEET_PX:
         picture, H_picture_pixel = view.shown((0, 0, width, height), longest)
-        seen = _settled(_look(picture, seen, H_picture_pixel @ np.linalg.inv(H_seen_pixel)))
-        H_seen_pixel = H_picture_pixel
+        H_picture_seen = H_picture_pixel @ np.linalg.inv(H_seen_pixel)
+        look = _look(picture, seen and seen.chances, H_picture_seen)
+        scale = look.scale
+        if seen is not None:
+            scale = scale.and_also(seen.scale.per(1.0 / scale_of(H_picture_seen[:2, :2])))
+        seen, H_seen_pixel = Parsed(_settled(look.chances), scale), H_picture_pixel
     assert seen is not None
     return seen, H_seen_pixel
 
@@ -154,8 +163,8 @@ def _settled(chances: Chances) -> Chances:
     return found
 
 
-def _look(picture: Pixels, before: Chances | None, H_picture_before: Array) -> Chances:
-    """Return probabilities (K, H, W) of a picture of which ``before`` is an earlier look."""
+def _look(picture: Pixels, before: Chances | None, H_picture_before: Array) -> Parsed:
+    """Return what a picture shows of which ``before`` is an earlier look."""
     if before is None:
         return parse(picture)
     known = np.concatenate([before, np.ones_like(before[:1])])

@@ -160,7 +160,7 @@ def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
     """Return what speaks for and against a building that the parser saw, with rooms."""
     rooms, seen = found.segmentation, found.seen
     assert seen is not None, 'a map is what it shows'
-    first, _ = rooms_of(_first_cells(found, seen), config, found.known_factor)
+    first, _ = rooms_of(_first_cells(found, seen), config, found.known_factor, found.prior)
     chances, before = (_at_cells(each, found) for each in (seen.chances, seen.first_chances))
     columns = {
         **_shapes(rooms),

@@ -21,6 +21,7 @@ from fpnet_core.raster.pixels import cut_from, map_points, pixel_to_xy, shrinkin
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.segmentation.moved import rescaled_rooms
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
+from fpnet_core.segmentation.scale_model import ScalePrior
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 NOMINAL_M = 0.05
@@ -52,6 +53,11 @@ class Found:
     is_straightened: bool = False
 
     @property
+    def prior(self) -> ScalePrior | None:
+        """What the parser tells of a nominal metre."""
+        return self.seen and nominal_scale(self.seen)
+
+    @property
     def how(self) -> str:
         """How it was found, in a few words."""
         return 'walls and rooms as learned from drawings' if self.seen else 'a robot map'
@@ -64,7 +70,7 @@ class Found:
 
     def with_cells(self, cells: NDArray[np.int8], config: SegmentationConfig) -> Found:
         """Return the building with other cells (H, W), its rooms cut anew."""
-        rooms, factor = rooms_of(cells, config, self.known_factor)
+        rooms, factor = rooms_of(cells, config, self.known_factor, self.prior)
         return replace(self, cells=cells, segmentation=rooms, known_factor=factor)
 
     def cut_at(self, grid: GridMap) -> Segmentation | None:
@@ -102,7 +108,7 @@ def find_building(drawing: Drawing, options: ReadOptions, config: SegmentationCo
     H = seen.H_cell_pixel @ H_part_pixel
     to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel @ H_part_pixel), np.float64)
     storeys = tuple(_boxed(to_pixel, box) for box in seen.boxes)
-    rooms, factor = _rooms(seen.cells, H, said, config)
+    rooms, factor = _rooms(seen.cells, H, said, config, nominal_scale(seen))
     return Found(seen.cells, H, rooms, said, factor, seen, storeys, view.is_straightened)
 
 
@@ -113,20 +119,33 @@ def _part(pixels: NDArray[np.uint8], crop: Box | None) -> tuple[NDArray[np.uint8
 
 
 def _rooms(
-    cells: NDArray[np.int8], H_cell_pixel: Array, said: SaidScale, config: SegmentationConfig
+    cells: NDArray[np.int8],
+    H_cell_pixel: Array,
+    said: SaidScale,
+    config: SegmentationConfig,
+    prior: ScalePrior | None = None,
 ) -> tuple[Segmentation, float | None]:
     cell_m = said.cell_m(H_cell_pixel, cells.shape)
-    return rooms_of(cells, config, cell_m and cell_m / NOMINAL_M)
+    return rooms_of(cells, config, cell_m and cell_m / NOMINAL_M, prior)
+
+
+def nominal_scale(seen: SeenBuilding) -> ScalePrior:
+    """Return what the parser tells of a nominal metre."""
+    return seen.scale.per(1.0 / NOMINAL_M)
 
 
 def rooms_of(
-    cells: NDArray[np.int8], config: SegmentationConfig, known_factor: float | None = None
+    cells: NDArray[np.int8],
+    config: SegmentationConfig,
+    known_factor: float | None = None,
+    prior: ScalePrior | None = None,
 ) -> tuple[Segmentation, float | None]:
     """
     Return the rooms of cells (H, W) of :data:`NOMINAL_M`, seen as coarsely as does.
 
     ``known_factor`` is how many true metres are a nominal one; it is estimated where it is not
-    known, or known by a slip of the pen. The second is None then.
+    known, or known by a slip of the pen, with what a ``prior`` tells of it. The second is None
+    then.
     """
     step = stride(cells)
     rows, cols = (-(-side // step) for side in cells.shape)
@@ -140,7 +159,7 @@ def rooms_of(
         segmentation = segment_at(grid, config, known_factor)
         if not _is_slip(segmentation, known_factor):
             return segmentation, known_factor
-    return segment_unknown_scale(grid, config, _ROUNDS)[0], None
+    return segment_unknown_scale(grid, config, _ROUNDS, prior)[0], None
 
 
 def _is_slip(segmentation: Segmentation, factor: float) -> bool:

@@ -14,8 +14,10 @@ from fpnet_core.segmentation.scale_model import (
     GRID,
     SCALE_NAME,
     SCALE_SCHEMA,
+    ScalePrior,
     model_of,
     packaged_scale_model,
+    pooled,
     quantiles,
     smeared,
 )
@@ -117,6 +119,18 @@ def test_wider_doors_are_a_smaller_true_scale():
         for widths in ((0.7,) * 6, (1.2,) * 6)
     )
     assert wide < narrow - 0.05
+
+
+def test_what_a_picture_tells_moves_the_scale_towards_it_whatever_the_unit():
+    at = np.linspace(-4.0, 4.0, 161)
+    plain = packaged_scale_model().posterior(scale_figures(two_rooms()), 'plan')
+    middle = quantiles(plain, (0.5,))[0]
+    larger = ScalePrior(at, -0.5 * ((at - middle - 0.4) / 0.2) ** 2)
+    moved = quantiles(pooled(plain, larger, 1.0), (0.5,))[0]
+    assert middle + 0.03 < moved < middle + 0.4
+    per_half = larger.per(0.5)
+    assert per_half.median == pytest.approx(larger.median / 2.0)
+    np.testing.assert_allclose(pooled(plain, per_half, 0.5), pooled(plain, larger, 1.0))
 
 
 def test_what_lies_far_beyond_the_grid_is_at_its_edge():

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from fpnet_core.drawings.parsing.network import network_from, parse
+from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M, network_from, parse
 from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL
 from fpnet_core.io.weights import read_onnx
 from fpnet_lab.sim.sheets import SheetKind
+from fpnet_lab.training import parser_samples
 from fpnet_lab.training.parser import STATE_FILE, ParserTrainer, ParserTraining
 from fpnet_lab.training.parser_network import (
-    SCALE_BINS,
-    SCALE_M,
     ParserNetwork,
     ParserNetworkConfig,
     grown,
@@ -74,6 +73,16 @@ def test_thin_walls_stay_closed_in_a_smaller_picture():
     assert (answers == WALL).sum(axis=0).max() == 1
 
 
+def test_around_some_buildings_all_is_of_one_tone(monkeypatch):
+    monkeypatch.setattr(parser_samples, '_GROUND_SHARE', 1.0)
+    monkeypatch.setattr(parser_samples, '_WALLS_SHARE', 1.0)
+    black = sheet_sample(FIRST_SEED + 3, SheetKind.CLEAN)
+    around = black.pixels[black.classes == OUTSIDE]
+    assert (around == around[0]).all()
+    assert np.abs(np.median(black.pixels[black.classes == WALL], axis=0) - around[0]).max() <= 1
+    assert np.abs(np.median(black.pixels[black.classes == FLOOR], axis=0) - around[0]).max() > 40
+
+
 def test_what_shows_no_building_is_outside():
     blank = blank_sample(np.zeros((30, 40, 3), np.uint8))
     assert (blank.classes == OUTSIDE).all()
@@ -114,7 +123,7 @@ def test_opencv_evaluates_what_torch_trained():
         logits, places = network(torch.cat([picture, empty], dim=1))
     data = onnx_bytes(network)
     opened = network_from(data, {'network': {'classes': list(CLASSES)}})
-    seen = parse(pixels, None, opened)
+    seen = parse(pixels, None, opened).chances
     true = logits[0, : len(CLASSES)].softmax(dim=0)
     np.testing.assert_allclose(seen, true, atol=2e-3)
     scale = torch.from_numpy(opened.forward('scale'))
@@ -176,7 +185,7 @@ def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch
     path = again.write({'data': {'command': 'fpnet train-parser'}}, 1)
     data, manifest = read_onnx(path, 1, path.name)
     assert manifest['training']['steps_made'] == 2
-    seen = parse(np.full((64, 64, 3), 200, np.uint8), None, network_from(data, manifest))
+    seen = parse(np.full((64, 64, 3), 200, np.uint8), None, network_from(data, manifest)).chances
     assert np.isfinite(seen).all()
 
 

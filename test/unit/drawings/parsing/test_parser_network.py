@@ -27,18 +27,25 @@ from fpnet_core.io.weights import read_onnx, write_onnx
 
 def test_probabilities_are_of_the_pictures_own_size():
     pixels = np.random.default_rng(3).integers(0, 256, (70, 45, 3)).astype(np.uint8)
-    seen = parse(pixels)
+    seen = parse(pixels).chances
     assert seen.shape == (len(CLASSES), 70, 45)
     np.testing.assert_allclose(seen.sum(axis=0), 1.0, atol=1e-5)
 
 
 def test_rooms_are_told_from_paper():
     picture, labels = storey()
-    seen = parse(picture).argmax(axis=0)
+    seen = parse(picture).chances.argmax(axis=0)
     rooms = labels > 0
     assert (seen[rooms] == FLOOR).mean() > 0.6
-    padded = parse(np.pad(picture, ((60, 60), (60, 60), (0, 0)), constant_values=255))
+    padded = parse(np.pad(picture, ((60, 60), (60, 60), (0, 0)), constant_values=255)).chances
     assert padded[OUTSIDE, :40].mean() > 0.8
+
+
+def test_a_picture_twice_as_large_has_pixels_of_about_half_the_size():
+    picture, _ = storey()
+    twice = np.kron(picture, np.ones((2, 2, 1), np.uint8))
+    one, other = (parse(each).scale.median for each in (picture, twice))
+    assert 1.3 < one / other < 3.0
 
 
 def test_channels_hold_the_picture_and_an_earlier_answer():

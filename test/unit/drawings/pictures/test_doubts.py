@@ -28,9 +28,11 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.stated import SaidScale
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL
+from fpnet_core.segmentation.scale_model import ScalePrior
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 CONFIG = SegmentationConfig()
+ANY_SCALE = ScalePrior(np.log([0.001, 1.0]), np.zeros(2))
 
 
 def classes(doors=True):
@@ -57,7 +59,7 @@ def found(known, seen=None, first=None):
         [known == WALL, (known == FLOOR) | (known == DOOR)], [OCCUPIED, FREE], UNKNOWN
     ).astype(np.int8)
     looks = [chances(known) if each is None else each for each in (seen, first)]
-    building = SeenBuilding(cells, *looks, np.eye(3), ((0, 0, 340, 240),), 0)
+    building = SeenBuilding(cells, *looks, np.eye(3), ((0, 0, 340, 240),), 0, ANY_SCALE)
     rooms, _ = rooms_of(cells, CONFIG)
     return Found(cells, np.eye(3), rooms, SaidScale(), seen=building)
 

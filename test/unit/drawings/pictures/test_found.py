@@ -94,6 +94,35 @@ def test_panels_of_sliding_doors_shut_no_doorway(tmp_path, keep):
     assert reading.is_readable
 
 
+def hall_with_two_offices(px_per_m):
+    """A hall of 40 x 25 m, two offices with doors in its corner, and a door to the outside."""
+    picture = np.full((31 * px_per_m, 46 * px_per_m, 3), 255, np.uint8)
+
+    def box(x0, y0, x1, y1, colour=BLACK):
+        ends = [(round((x + 3.0) * px_per_m), round((y + 3.0) * px_per_m)) for x, y in
+                ((x0, y0), (x1, y1))]  # fmt: skip
+        cv2.rectangle(picture, *ends, colour, -1)
+
+    box(0.0, 0.0, 40.0, 25.0)
+    box(0.3, 0.3, 39.7, 24.7, (255, 255, 255))
+    for wall in ((5.0, 0.0, 5.15, 4.0), (10.0, 0.0, 10.15, 4.15), (0.0, 4.0, 10.15, 4.15)):
+        box(*wall)
+    for door in ((2.0, 3.98, 2.9, 4.17), (7.0, 3.98, 7.9, 4.17), (20.0, 24.68, 21.0, 25.02)):
+        box(*door, (255, 255, 255))
+    return picture
+
+
+@pytest.mark.parametrize('px_per_m', [20, 50])
+def test_a_hall_of_unknown_scale_has_its_offices(tmp_path, px_per_m):
+    reading, rooms = read(hall_with_two_offices(px_per_m), tmp_path, None)
+    areas = sorted(room.area_m2 for room in rooms.rooms)
+    assert len(areas) == 3
+    assert areas[2] / areas[0] == pytest.approx((39.4 * 24.4 - 9.85 * 3.85) / (4.7 * 3.7), rel=0.2)
+    assert len(rooms.portals) >= 2
+    assert 0.5 < reading.scale.resolution_m * px_per_m < 2.0
+    assert not reading.scale.is_known
+
+
 @pytest.mark.parametrize('is_said_by', ['resolution', 'length', 'drawing'])
 def test_rooms_are_told_at_the_scale_that_is_said(monkeypatch, is_said_by):
     monkeypatch.setattr(found_module, 'segment_unknown_scale', lambda *_: pytest.fail('guessed'))
