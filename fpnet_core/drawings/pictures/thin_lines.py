@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.pictures.thickness import THIN, thin_walls
-from fpnet_core.raster.morphology import Mask, opened_by, square
+from fpnet_core.raster.morphology import Mask, opened_by, shrunk, square
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, Segmentation
 
-# Numerical: lines are thinner than so many cells.
+# Numerical: lines go that are as thin as so many cells.
 _SIDES = (2, 3, 4, 6, 8, 12)
 # Chosen, not measured:
 _USUAL_SHARE = 0.5  # of the area of all walls is that of those at least as thick as the usual one
@@ -42,21 +43,29 @@ def without_thin_lines(found: Found, config: SegmentationConfig) -> Found:
         other = found.with_cells(cells, config)
         others = _counted(other.segmentation)
         if others[0] >= doored and others[1] < doorless:
-            best, (doored, doorless) = other, others
+            best, doorless = other, others[1]
     return best
 
 
 def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
-    """Yield cells (H, W) without ever thicker lines, as long as they are thinner than walls."""
+    """
+    Yield cells (H, W) without ever thicker lines, as long as they are thinner than walls.
+
+    Lines go as wholes: pieces that stay of one look like walls with doors between them.
+    """
     walls = cells == OCCUPIED
-    last = np.zeros_like(walls)
-    for side in _SIDES:
-        if not _is_thin(walls, side):
-            return
-        gone = thin_walls(walls, side)
-        if (gone != last).any():
-            yield np.where(gone, FREE, cells).astype(np.int8)
-        last = gone
+    sides = [side for side in _SIDES if _is_thin(walls, side)]
+    lines = thin_walls(walls, max(sides, default=0))
+    labels, figures = pieces_of(lines)
+    edge = np.bincount(labels[lines & ~shrunk(lines, 1)], minlength=len(figures))
+    thickness = 2.0 * figures[:, 4] / np.maximum(edge, 1)
+    thickness[0] = np.inf
+    count = 0
+    for side in sides:
+        is_gone = thickness <= side
+        if np.count_nonzero(is_gone) > count:
+            yield np.where(is_gone[labels], FREE, cells).astype(np.int8)
+        count = np.count_nonzero(is_gone)
 
 
 def _is_thin(walls: Mask, side: int) -> bool:
