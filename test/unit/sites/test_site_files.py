@@ -107,7 +107,7 @@ def test_what_is_said_of_a_drawing_is_said_of_a_storey(folder):
     storeys = [{'name': 'L0', 'plan': 'a.yaml', 'length': [*cells.ravel().tolist(), 24.0]}]
     (storey,) = read_site(written(folder, {'storeys': storeys})).storeys
     assert storey.plan.scale.resolution_m == pytest.approx(0.1)
-    for said in ({'crop': [0, 0, 50, 50]}, {'layers': ['WALLS']}):
+    for said in ({'page': 2}, {'layers': ['WALLS']}):
         one = {'name': 'L0', 'plan': 'a.yaml', **said}
         with pytest.raises(MapFormatError, match=f'{next(iter(said))} does not apply'):
             read_site(written(folder, {'storeys': [one]}))
