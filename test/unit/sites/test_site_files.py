@@ -69,7 +69,8 @@ def test_a_folders_other_yamls_are_named_once_and_a_damaged_map_is_an_error(fold
     (folder / 'nav2_params.yaml').write_text(PARAMETERS)
     (folder / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 5}\n')
     assert read_site(folder).names == ('a', 'b')
-    (said,) = caplog.messages
+    said, levels = caplog.messages
+    assert 'names say none: a, b;' in levels
     assert 'metadata.yaml' in said
     assert 'nav2_params.yaml' in said
     assert str(folder / 'a.yaml') not in said
