@@ -305,3 +305,19 @@ def test_every_message_package_is_a_dependency():
     ros = {name for name in imported if name.endswith(('_msgs', '_srvs', '_interfaces'))}
     assert len(ros) > 8
     assert ros | {'ament_index_python', 'rclpy', 'launch', 'launch_ros'} <= known
+
+
+def test_what_only_the_lab_imports_is_no_dependency_of_a_robot():
+    known = {element.text for element in ET.parse(ROOT / 'package.xml').findall('exec_depend')}
+    imported = set()
+    for folder in ('fpnet_core', 'fpnet_ros', 'msg_adapters'):
+        for path in (ROOT / folder).rglob('*.py'):
+            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+                if isinstance(node, ast.Import):
+                    imported |= {each.name.partition('.')[0] for each in node.names}
+                if isinstance(node, ast.ImportFrom) and node.module:
+                    imported.add(node.module.partition('.')[0])
+    names = {'PIL': 'pil', 'cv2': 'opencv', 'open3d': 'open3d-pip', 'rosbags': 'rosbags-pip'}
+    for module in ('networkx', 'sklearn', 'PIL', 'cv2', 'scipy', 'skimage', 'open3d', 'rosbags'):
+        key = f'python3-{names.get(module, module)}'
+        assert (key in known) == (module in imported), key
