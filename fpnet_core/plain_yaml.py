@@ -16,6 +16,7 @@ from typing import Any, cast
 import yaml
 
 from fpnet_core.errors import FpnetError
+from fpnet_core.plain_files import regular
 
 MAX_BYTES = 1_000_000
 """Numerical: longer files are refused: a configuration or a map's description is a page."""
@@ -76,7 +77,7 @@ def read_yaml(path: Path, refusal: type[FpnetError], what: str = '') -> Any:
 
 
 def _text(path: Path) -> str:
-    with path.open('rb') as file:
+    with regular(path).open('rb') as file:
         content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
         raise ValueError(f'expected at most {MAX_BYTES} bytes, got more')

@@ -27,6 +27,7 @@ from fpnet_core.doctor.sensor import check_mount, check_point_times, check_retur
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
 from fpnet_core.io.message_types import CLOCK, GRID, TRANSFORMS
 from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
+from fpnet_core.printable import printable
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
@@ -143,7 +144,8 @@ class Checkup:
         for finding in found:
             if (key := (finding.problem, finding.where)) not in self._told:
                 self._told.add(key)
-                self._node.get_logger().warning(f'{finding.said}; next: {finding.next}')
+                said = printable(f'{finding.said}; next: {finding.next}')
+                self._node.get_logger().warning(said)
         return found
 
     def _found_of_scanner(self, seen: Observed) -> list[Finding]:

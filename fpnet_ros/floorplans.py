@@ -16,8 +16,9 @@ from fpnet_core.errors import FpnetError, MapFormatError
 from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.state import plan_fingerprint
+from fpnet_core.raster.windows import known_window
 from fpnet_core.segmentation import ScaleEstimate
-from fpnet_core.types import GridMap
+from fpnet_core.types import UNKNOWN, GridMap
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import LATCHED
 from msg_adapters.grids import grid_from_msg
@@ -91,6 +92,7 @@ class FloorplanInput:
             if not frame_id:
                 raise MapFormatError('its header names no frame_id; map_server calls it map')
             grid = grid_from_msg(msg)
+            grid = grid.cropped(*known_window(grid.cells != UNKNOWN))
         except FpnetError as error:
             kept = '; the one before it stays' if taken is not None else ''
             self._report(MapFormatError(f'the floorplan was refused: {error}{kept}'))

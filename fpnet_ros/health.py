@@ -14,15 +14,13 @@ from fpnet_core.io.topic_names import CLOCK_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput
+from fpnet_ros.large_clouds import LARGE_CLOUDS
 from fpnet_ros.runtime import STALE_INPUT_S, LossLog
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 
 LOST = 'scans are lost on the way here: see "Large clouds"'
 """What is said of scans that do not arrive. Given."""
-
-LARGE_CLOUDS = 'config/fastdds_shm.xml passes clouds through shared memory (docs/ros.md)'
-"""What to do about it. Given."""
 
 # Chosen: an input that was heard within so many seconds is not the one that is missing, or within
 # such a share of the time without a scan, where a recording is played faster than it was made.
@@ -122,14 +120,17 @@ class Health:
 
     def report(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
         """Return what a tick says; inputs that were silent for longer are a warning."""
-        return self._report(output, self._silences(stale_input_s))
+        return self._report(output, self._silences(stale_input_s), stale_input_s)
 
     def news(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
         """Return the same with a warning of what was lost since the last call."""
         lost = self._losses.follow(self._lost(), _REMEDIES)
-        return self._report(output, [*lost, *self._silences(stale_input_s)])
+        warnings = [*lost, *self._silences(stale_input_s)]
+        return self._report(output, warnings, stale_input_s)
 
-    def _report(self, output: LocalizerOutput, warnings: list[str]) -> LocalizerReport:
+    def _report(
+        self, output: LocalizerOutput, warnings: list[str], stale_input_s: float
+    ) -> LocalizerReport:
         lost = self._lost()
         figures = {
             **self._inputs.ages_s,
@@ -140,11 +141,20 @@ class Health:
             'lost_scans': float(lost[LOST]),
             'earlier_scans': float(self._inputs.earlier),
         }
-        if not self.is_starved or output.status is Status.NO_PLAN:
+        is_starved = self.is_starved and output.status is not Status.NO_PLAN
+        if not (is_starved or self._waits_in_vain(output, stale_input_s)):
             return report_of_output(output, figures, ', '.join(warnings))
-        reason = f'no scan with a pose comes any more: {self._missing()}'
+        since = 'comes any more' if is_starved else 'has come yet'
+        reason = f'no scan with a pose {since}: {self._missing()}'
         report = report_of_output(output, figures, ', '.join(warnings) or 'scans have ceased')
         return replace(report, status=Status.WAITING, probability=0.0, reason=reason)
+
+    def _waits_in_vain(self, output: LocalizerOutput, stale_input_s: float) -> bool:
+        """Tell whether no scan with a pose ever came, and one of its topics is silent."""
+        if self._scan_ns is not None or output.status is not Status.WAITING:
+            return False
+        silent_s = self._clock.without(self._inputs.silence_s)
+        return max(silent_s.values()) > stale_input_s
 
     def _missing(self) -> str:
         """Return in words what keeps scans with poses from coming."""

@@ -10,7 +10,7 @@ from importlib import import_module
 
 from rclpy.node import Node
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, Section
 from fpnet_core.config_docs import config_fields
 from fpnet_core.errors import ConfigError
 
@@ -19,13 +19,13 @@ _OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
 _SECTIONS = {
-    'floorplan_server': 'FloorplanServerParameters',
-    'lifecycle': 'LifecycleParameters',
-    'odometry': 'OdometryParameters',
-    'replay': 'ReplayParameters',
-    'settings': 'LocalizerParameters',
+    'localizer': ('settings', 'LocalizerParameters'),
+    'odometry': ('odometry', 'OdometryParameters'),
+    'floorplan_server': ('floorplan_server', 'FloorplanServerParameters'),
+    'localizer and floorplan_server': ('lifecycle', 'LifecycleParameters'),
+    'replay': ('replay', 'ReplayParameters'),
 }
-"""Parameters of the nodes by module."""
+"""Module and class of their parameters by nodes."""
 
 
 def refuse_unknown(node: Node) -> None:
@@ -65,6 +65,13 @@ def said_of_unknown(name: str, known: Iterable[str]) -> str:
 
 def of_all_nodes() -> set[str]:
     """Return the names of the parameters that nodes of this package have of their own."""
+    return {field.key for section in node_sections().values() for field in config_fields(section)}
+
+
+def node_sections() -> dict[str, type[Section]]:
+    """Return what nodes take beside the configuration tree, by the nodes that take it."""
     # By name, as every node's module needs this one to start.
-    sections = [getattr(import_module(f'fpnet_ros.{m}'), name) for m, name in _SECTIONS.items()]
-    return {field.key for section in sections for field in config_fields(section)}
+    return {
+        nodes: getattr(import_module(f'fpnet_ros.{module}'), name)
+        for nodes, (module, name) in _SECTIONS.items()
+    }

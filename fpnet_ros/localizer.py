@@ -10,6 +10,7 @@ import sys
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.utilities import get_rmw_implementation_identifier
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.io.sessions import TICK_NAME, TICKS_NAME
@@ -23,6 +24,7 @@ from fpnet_ros.hand_over import HandOver
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, Health
 from fpnet_ros.initial_poses import InitialPoses
 from fpnet_ros.inputs import LocatedScan, ScanInput
+from fpnet_ros.large_clouds import said_of_transport
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.localize_action import LocalizeAction
 from fpnet_ros.optional_messages import NO_TF, TFMessage
@@ -102,6 +104,10 @@ class LocalizerNode(ManagedNode):
         )
         self._open_state_file(parameters.state_file)
         self._checkup = Checkup(self, self._input.topics())
+        if not parameters.topics and (
+            said := said_of_transport(get_rmw_implementation_identifier())
+        ):
+            self.get_logger().info(said)
         if not parameters.site:
             FloorplanInput(self, self._on_floorplan, self._report)
         self._listen_to_words(parameters)

@@ -14,6 +14,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.serialization import deserialize_message
+from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
@@ -25,7 +26,8 @@ from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.io.topic_names import TF_STATIC_TOPIC
 from fpnet_core.odometry import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
-from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LARGE_CLOUDS, LOST
+from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LOST
+from fpnet_ros.large_clouds import LARGE_CLOUDS, said_of_transport
 from fpnet_ros.lasers import LaserInput
 from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
 from fpnet_ros.optional_messages import TFMessage
@@ -134,6 +136,8 @@ class OdometryNode(OwnValues):
         else:
             # Raw, as the worker unpacks: it takes longer than this thread has.
             self._subscribe(PointCloud2, 'pointcloud_topic', self._on_cloud, raw=True)
+            if said := said_of_transport(get_rmw_implementation_identifier()):
+                logger.info(said)
         steady = Clock(
             clock_type=ClockType.STEADY_TIME
         )  # while the simulated one stands still, too

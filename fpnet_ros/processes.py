@@ -17,7 +17,6 @@ import json
 import os
 from pathlib import Path
 import random
-import shutil
 import signal
 import socket
 import subprocess
@@ -26,6 +25,7 @@ import time
 from typing import Any, Self
 
 from fpnet_core.errors import FpnetError
+from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
 
 PACKAGE = 'fpnet_ros'
 
@@ -40,10 +40,6 @@ _LOG_TAIL_LINES = 12
 # 7400 + 250 d: discovery by multicast at 0, of the first participant at 10.
 _DOMAINS = range(1, 101)
 _FIRST_PORT, _PORTS_PER_DOMAIN, _PARTICIPANT_PORT = 7400, 250, 10  # given
-
-# Segments of five participants; container engines mount 64 MB unless told otherwise.
-_SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 - the kernel's, not a temporary file of ours
-_NEEDED_SHARED_MEMORY = 5 * 64 * 2**20  # chosen
 
 
 class NodeDiedError(FpnetError):
@@ -83,16 +79,8 @@ def private_environment(domain_id: int) -> dict[str, str]:
     search = [str(_ROOT), *environment.get('PYTHONPATH', '').split(os.pathsep)]
     environment['PYTHONPATH'] = os.pathsep.join(filter(None, search))
     if has_shared_memory():
-        environment['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(share_file('config/fastdds_shm.xml'))
+        environment[PROFILE_VARIABLE] = str(share_file(PROFILE))
     return environment
-
-
-def has_shared_memory() -> bool:
-    """Tell whether the segments of the Fast DDS profile fit."""
-    try:
-        return shutil.disk_usage(_SHARED_MEMORY).free >= _NEEDED_SHARED_MEMORY
-    except OSError:
-        return False
 
 
 def share_file(name: str) -> Path:

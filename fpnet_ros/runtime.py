@@ -34,6 +34,7 @@ from fpnet_core import kernel_cache
 from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.freed_memory import keep_freed_memory
 from fpnet_core.kernel_cache import is_writable
+from fpnet_core.printable import printable
 from fpnet_core.types import Status
 from fpnet_ros.known_parameters import refuse_unknown
 from msg_adapters.diagnostics import LocalizerReport
@@ -374,8 +375,8 @@ class Once:
 
 
 def one_line(error: BaseException) -> str:
-    """Return the message of an error without line breaks."""
-    return ' '.join(str(error).split())
+    """Return the message of an error without line breaks and control characters."""
+    return printable(' '.join(str(error).split()))
 
 
 def described(error: BaseException) -> str:

@@ -9,6 +9,8 @@ Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml scan:=/scan
 """
 
+import os
+
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchDescription
 from launch.actions import (
@@ -16,23 +18,39 @@ from launch.actions import (
     GroupAction,
     LogInfo,
     OpaqueFunction,
+    SetEnvironmentVariable,
     Shutdown,
 )
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node, PushRosNamespace
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
 from fpnet_ros.wiring import ARGUMENTS, wired
+
+_RESPAWN_S = 2.0  # chosen: what a dead node held is free by then
 
 
 def _arguments():
     config = PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'config', 'fpnet.yaml'])
+    profile = PathJoinSubstitution([FindPackageShare('fpnet_ros'), *PROFILE.split('/')])
     rows = (
         *ARGUMENTS,
         ('rviz', 'false', 'Show everything in RViz.'),
         ('params_file', config, 'Parameters of all nodes.'),
+        ('respawn', 'false', 'Start a node that has died again.'),
+        ('log_level', 'info', 'Of all nodes: debug, info, warn, error.'),
+        (
+            'dds_profile',
+            EnvironmentVariable(PROFILE_VARIABLE, default_value=profile),
+            'Profile of Fast DDS for all nodes, empty: none; one in the environment stays.',
+        ),
     )
     return [
         DeclareLaunchArgument(name, default_value=default, description=description)
@@ -55,7 +73,10 @@ def _node(spec):
         executable=spec.executable,
         parameters=[LaunchConfiguration('params_file'), *_parameters(spec.parameters)],
         remappings=list(spec.remappings.items()),
+        arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')],
         output='screen',
+        respawn=LaunchConfiguration('respawn'),
+        respawn_delay=_RESPAWN_S,
         on_exit=_on_exit,
     )
 
@@ -90,12 +111,22 @@ def _rviz(localizer):
     )
 
 
+def _transport(context):
+    """Give all nodes the profile for large clouds, where one is wanted and its memory fits."""
+    profile = LaunchConfiguration('dds_profile').perform(context)
+    if not profile:
+        return []
+    if PROFILE_VARIABLE not in os.environ and not has_shared_memory():
+        return [LogInfo(msg='too little shared memory for large clouds (docs/ros.md)')]
+    return [SetEnvironmentVariable(PROFILE_VARIABLE, profile)]
+
+
 def _nodes(context):
     given = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
     specs = wired(given)
     (localizer,) = [spec for spec in specs if spec.executable == 'localizer']
     namespace = PushRosNamespace(LaunchConfiguration('namespace'))
-    return [GroupAction([namespace, *map(_node, specs), _rviz(localizer)])]
+    return [GroupAction([namespace, *_transport(context), *map(_node, specs), _rviz(localizer)])]
 
 
 def generate_launch_description() -> LaunchDescription:

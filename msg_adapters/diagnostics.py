@@ -37,7 +37,7 @@ class LocalizerReport:
     """
     The status of one tick and its reason, and figures by name (milliseconds, seconds, counts).
 
-    ``is_mirrored`` says that the floorplan has to be flipped. ``warning`` says what is wrong
+    ``is_mirrored`` says that only the mirror image fits. ``warning`` says what is wrong
     beside the status, as scans that are dropped; empty: nothing. ``causes`` are the likely ones
     of having no pose; ``outdated`` says where the drawing is out of date around a pose.
     """

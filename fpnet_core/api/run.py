@@ -19,7 +19,7 @@ from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.differences import Differences
 from fpnet_core.differences.of_output import differences_of
 from fpnet_core.differences.outdated import Outdated, outdated_here
-from fpnet_core.doctor.sensor import upside_down_vote
+from fpnet_core.doctor.sensor import MountVotes
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
@@ -45,7 +45,6 @@ from fpnet_core.viz.pictures import figure_of, html_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_LOOK_EVERY = 10  # numerical: scans from one that tells where the floor is to the next
 _MAP_BYTES = 128e6  # chosen: for maps of ticks that outputs show; as much as the localizer holds
 
 
@@ -116,7 +115,7 @@ class Run:
         self._matcher = LearnedMatcher(config.matcher)
         self._localizer = SiteLocalizer(config, self._matcher)
         self._localizer.set_site(site)
-        self._upside_down: list[int] = []  # what scans say of it
+        self._mount = MountVotes()
         self._replay = Replay(
             self._watched(scans),
             self._localizer,
@@ -216,14 +215,12 @@ class Run:
             return ()
         plan, outputs = self.plan, self.result.outputs
         config = with_scale_of(plan, self.config)
-        is_upside_down = 2 * sum(self._upside_down) > len(self._upside_down)
-        sensed = Sensed(is_upside_down, self._matched_hz)
+        sensed = Sensed(self._mount.is_upside_down, self._matched_hz)
         return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey, sensed)
 
     def _watched(self, scans: ScanSource) -> Iterator[Scan]:
-        for number, scan in enumerate(scans):
-            if number % _LOOK_EVERY == 0:
-                self._upside_down.append(upside_down_vote(scan))
+        for scan in scans:
+            self._mount.look(scan)
             yield scan
 
     @property

@@ -50,6 +50,7 @@ import typer
 
 from fpnet_core.errors import FpnetError, said_of_system
 from fpnet_core.freed_memory import keep_freed_memory
+from fpnet_core.printable import printable
 
 INTERRUPTED = 130
 """Given: by shells, exit status after Ctrl-C."""
@@ -254,7 +255,7 @@ def _fail_for_missing(subcommand: str | None, error: ModuleNotFoundError) -> Non
 
 
 def _fail(message: str) -> None:
-    print(f'fpnet: {message}', file=sys.stderr)
+    print(printable(f'fpnet: {message}'), file=sys.stderr)
     raise SystemExit(1)
 
 
@@ -278,7 +279,11 @@ def _options(
 ) -> None:
     import logging
 
-    logging.basicConfig(
-        level=logging.INFO if verbose else logging.WARNING,
-        format='%(levelname)s %(name)s: %(message)s',
-    )
+    class PrintableFormatter(logging.Formatter):
+        def format(self, record: logging.LogRecord) -> str:
+            return printable(super().format(record))
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(PrintableFormatter('%(levelname)s %(name)s: %(message)s'))
+    level = logging.INFO if verbose else logging.WARNING
+    logging.basicConfig(level=level, handlers=[handler])

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 import typer
 
 from fpnet_core.errors import ConfigError, FpnetError
+from fpnet_core.printable import printable
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -330,13 +331,13 @@ def show_table(
     numbers = (Column(name, justify='right') for name in others)
     table = Table(Column(first, no_wrap=True), *numbers, title=title)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     Console(width=width, markup=False).print(table)  # a unit as [m] is no markup
 
 
 def say(text: str, json_path: Path | None) -> None:
     """Print a line for people: on stdout, or on stderr where ``--json -`` has stdout."""
-    typer.echo(text, err=str(json_path) == '-')
+    typer.echo(printable(text), err=str(json_path) == '-')
 
 
 def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[str]:

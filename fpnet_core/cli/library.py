@@ -12,6 +12,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.exits import NO_ANSWER
 from fpnet_core.cli.progress import progress
+from fpnet_core.printable import printable
 
 if TYPE_CHECKING:
     from fpnet_core.api.values import Match, RobotMap
@@ -64,7 +65,7 @@ def build(
             try:
                 read.append(read_library_plan(path, tree))
             except FpnetError as error:
-                typer.echo(f'left out: {error}', err=True)
+                typer.echo(printable(f'left out: {error}'), err=True)
             advance(1.0)
     library = PlanLibrary.of(read)
     library.save(out, first)

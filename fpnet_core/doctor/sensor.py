@@ -34,6 +34,7 @@ _NEAR_M = 1.2  # a plane so near above the sensor, and none below it, is the flo
 _TILT_RAD = math.radians(6.0)
 _SHARPER = 1.05  # times as many pairs of returns at one height as without the tilt
 # Numerical:
+_LOOK_EVERY = 10  # scans from one that tells where the floor is to the next
 _POINTS = 4000  # of all sweeps together
 _STEP_RAD = math.radians(4.0)  # between tilts that are tried
 _RINGS, _FINER = 8, 4  # of them, and of finer ones around the best
@@ -159,6 +160,25 @@ def is_upside_down(floor: float | None, ceiling: float | None, told_m: float | N
     if told_m is not None:  # the plane that is where the floor should be is the floor
         return abs(ceiling - told_m) < abs(-floor - told_m) and ceiling < HIGHEST_MOUNT_M
     return -floor > HIGHEST_MOUNT_M > ceiling
+
+
+class MountVotes:
+    """What scans say of whether their scanner hangs upside down; one in ten is looked at."""
+
+    def __init__(self) -> None:
+        self._scans, self._looks, self._votes = 0, 0, 0
+
+    def look(self, scan: Scan) -> None:
+        """Take a scan."""
+        if self._scans % _LOOK_EVERY == 0:
+            self._looks += 1
+            self._votes += upside_down_vote(scan)
+        self._scans += 1
+
+    @property
+    def is_upside_down(self) -> bool:
+        """Tell whether most looks say so."""
+        return 2 * self._votes > self._looks
 
 
 def upside_down_vote(scan: Scan) -> int:

@@ -11,6 +11,7 @@ import re
 from fpnet_core.drawings.ocr import with_texts
 from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import MapFormatError
+from fpnet_core.plain_files import regular
 
 RMF_SUFFIX = '.building.yaml'
 """Given: of the files that Open-RMF's traffic editor writes."""
@@ -176,11 +177,7 @@ def _head(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise MapFormatError(f'{path} is a folder: expected a drawing; name a file in it')
-        if path.exists() and not path.is_file():
-            raise MapFormatError(
-                f'{path} is no regular file: expected a drawing; name another file'
-            )
-        with path.open('rb') as stream:
+        with regular(path).open('rb') as stream:
             head = stream.read(_HEAD_BYTES)
     except FileNotFoundError:
         raise MapFormatError(

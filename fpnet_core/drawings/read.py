@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
+from fpnet_core.drawings.formats.images import WORK_PIXELS
 from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.doubts import Doubts, doubts_of
 from fpnet_core.drawings.pictures.found import Found, find_building, stride
@@ -29,11 +32,11 @@ from fpnet_core.drawings.types import (
 )
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import scale_of
-from fpnet_core.io.maps import YAML_SUFFIXES, read_map
+from fpnet_core.io.images import check_crop
+from fpnet_core.io.maps import YAML_SUFFIXES, MapPart, read_map_part
 from fpnet_core.raster.pixels import pixel_to_xy
-from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
-_LEAST_CROP_PX = 16  # numerical
 _LONG_M = (0.5, 20_000.0)  # physical: no building is shorter or longer, its sheet included
 _DEFAULTS = ReadOptions()
 
@@ -89,20 +92,31 @@ def _check_said(options: ReadOptions) -> None:
 def _as_stated(path: Path, options: ReadOptions) -> Reading:
     """Return a map_server map exactly as its thresholds say."""
     _refuse_parts(path, options)
-    grid = read_map(path, options.resolution_m)
-    known = _known_of_map(path, options, grid.resolution, grid.shape)
+    part = read_map_part(path, options.resolution_m, options.crop)
+    width, height = part.size
+    known = _known_of_map(path, options, part.grid.resolution, (height, width))
     scale = known.scale
-    if scale.resolution_m != grid.resolution:
-        grid = read_map(path, scale.resolution_m)
-    shades = np.select([grid.cells == FREE, grid.cells == OCCUPIED], [254, 0], 205).astype(
-        np.uint8
-    )
-    pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
-    drawing = Drawing(pixels, path.name, MAP_FORMAT, scale=scale)
+    if scale.resolution_m != part.grid.resolution:
+        part = read_map_part(path, scale.resolution_m, options.crop)
+    drawing = Drawing(_pixels_of(part), path.name, MAP_FORMAT, scale=scale, full_size=part.size)
     _check_size(drawing, scale.resolution_m)
-    A = pixel_to_xy(grid).matrix
     how = 'a map_server map as its thresholds say'
-    return Reading(grid, scale, A, how, drawing, doubts=known.doubts, accepted=known.accepted)
+    return Reading(
+        part.grid, scale, part.A_frame_pixel, how, drawing, doubts=known.doubts,
+        accepted=known.accepted,
+    )  # fmt: skip
+
+
+def _pixels_of(part: MapPart) -> NDArray[np.uint8]:
+    """Return the picture (H, W, 3) of a whole map, reduced where that is large."""
+    width, height = part.size
+    cells = np.full((height, width), UNKNOWN, dtype=np.int8)
+    rows, cols = part.grid.shape
+    cells[part.top : part.top + rows, part.left : part.left + cols] = part.grid.cells[::-1]
+    step = math.ceil(math.sqrt(cells.size / WORK_PIXELS))
+    cells = cells[::step, ::step]
+    shades = np.select([cells == FREE, cells == OCCUPIED], [254, 0], 205).astype(np.uint8)
+    return np.broadcast_to(shades[..., None], (*shades.shape, 3))
 
 
 def _known_of_map(
@@ -122,7 +136,7 @@ def _known_of_map(
 
 def _refuse_parts(path: Path, options: ReadOptions) -> None:
     """Refuse what would change a map that is meant as it is."""
-    for name in ('crop', 'storey', 'page', 'layers'):
+    for name in ('storey', 'page', 'layers'):
         if getattr(options, name):
             raise MapFormatError(
                 f'{path} is a map of map_server, which is taken as it is: {name} does not apply; '
@@ -208,14 +222,7 @@ def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:
     if options.crop is not None:
-        width, height = drawing.size
-        left, top, right, bottom = options.crop
-        is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
-        if not is_inside or min(right - left, bottom - top) < _LEAST_CROP_PX:
-            raise MapFormatError(
-                f'{drawing.name}: crop {options.crop} does not fit; expected left, top, right, '
-                f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
-            )
+        check_crop(options.crop, drawing.size, drawing.name)
     stated_m = options.resolution_m
     if options.length is not None:
         stated_m = _metres_per_pixel(options.length, drawing.name, drawing.size[::-1])

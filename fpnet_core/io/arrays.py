@@ -20,6 +20,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from fpnet_core.io.atomic import replaced
+from fpnet_core.plain_files import regular
 
 MAX_BYTES = 2**30
 """
@@ -41,7 +42,7 @@ def read_array(path: Path) -> NDArray[Any]:
     ValueError
         If it is no ``.npy`` file of plain numbers or text, is damaged or too large.
     """
-    with path.open('rb') as file:
+    with regular(path).open('rb') as file:
         return _read(file, path.stat().st_size, path.name)
 
 
@@ -83,7 +84,7 @@ class ArrayArchive:
 
     def __init__(self, path: Path | BytesIO) -> None:
         try:
-            self._archive = ZipFile(path)
+            self._archive = ZipFile(regular(path) if isinstance(path, Path) else path)
         except (OSError, ValueError):
             raise
         except Exception as error:

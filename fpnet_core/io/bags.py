@@ -15,8 +15,9 @@ from rosbags.interfaces import Connection, QosDurability, QosReliability
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from fpnet_core.errors import BagFormatError
+from fpnet_core.errors import BagFormatError, said_of_system
 from fpnet_core.io.message_types import BAG_SUFFIXES, ROS_1_SUFFIX, TRANSFORMS
+from fpnet_core.plain_files import regular
 from fpnet_core.plain_yaml import parse_yaml
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
@@ -44,6 +45,8 @@ class BagReader:
     def __enter__(self) -> Self:
         """Open the bag."""
         try:
+            for each in self._path.iterdir() if self._path.is_dir() else [self._path]:
+                regular(each)
             _check_metadata(self._path)
             self._reader = (rosbag1 if self.is_of_ros_1 else rosbag2).Reader(self._path)
             self._reader.open()
@@ -147,7 +150,8 @@ class BagReader:
     def _corrupt(self, error: Exception) -> BagFormatError:
         # Every storage plugin and decoder raises its own kinds on damaged bytes (sqlite3, struct,
         # zstd, YAML, assertions): a caller needs one.
-        detail = str(error).splitlines()[0] if str(error) else type(error).__name__
+        said = said_of_system(error) if isinstance(error, OSError) else str(error)
+        detail = said.splitlines()[0] if said else type(error).__name__
         repair = 'rosbag reindex' if self.is_of_ros_1 else 'ros2 bag reindex'
         return BagFormatError(
             f'cannot read bag {self._path}: {detail}; record it again or repair it ({repair})'

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
+from fpnet_core.plain_files import regular
 from fpnet_core.stamps import NS_PER_S
 
 NOMINAL_PERIOD_NS = NS_PER_S
@@ -98,6 +99,7 @@ def _lines(path: Path) -> Iterator[str]:
     """Yield the lines of a log one by one: a few megabytes may unpack to gigabytes."""
     left = MAX_LOG_BYTES
     try:
+        regular(path)
         with gzip.open(path) if path.suffix == '.gz' else path.open('rb') as file:
             while line := file.readline(_LONGEST_LINE):
                 left -= len(line)

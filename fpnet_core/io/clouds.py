@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.io.arrays import read_array
 from fpnet_core.io.las import read_las
+from fpnet_core.plain_files import regular
 
 _PLY_TYPES = {
     **dict.fromkeys(('char', 'int8'), 'i1'),
@@ -56,7 +57,7 @@ def read_cloud(path: Path | str) -> NDArray[np.float64]:
             f'{path}: unknown point file {path.suffix!r}; expected {", ".join(CLOUD_SUFFIXES)}'
         )
     try:
-        points = reader(path)
+        points = reader(regular(path))
     except OSError as error:
         raise CloudFormatError(f'cannot read cloud {path}: {error.strerror or error}') from None
     except (ValueError, TypeError, KeyError, EOFError, OverflowError, MemoryError) as error:

@@ -22,11 +22,16 @@ from PIL import Image
 from PIL.JpegImagePlugin import JpegImageFile
 
 from fpnet_core.errors import MapFormatError
+from fpnet_core.plain_files import regular
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 MAX_PIXELS = 100_000_000
 """Numerical: larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
 
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom [pixels]."""
+
+_LEAST_CROP_PX = 16  # numerical
 # Others run foreign programs or are no maps.
 _FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF', 'WEBP', 'GIF')
 # Chosen, not measured:
@@ -58,7 +63,7 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
         If the file is missing, no image, damaged, empty or larger than ``MAX_PIXELS``.
     """
     with opened_image(path) as image:
-        return _to_array(image)
+        return levels_of(image)
 
 
 @contextmanager
@@ -79,7 +84,7 @@ def opened_image(
         with warnings.catch_warnings():
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
-            with _opened(path) as image:
+            with _opened(regular(path)) as image:
                 (check or check_size)(image, path)
                 yield image
     except MapFormatError:
@@ -121,7 +126,20 @@ def too_large(path: Path, size: str, most: int) -> str:
     )
 
 
-def _to_array(image: Image.Image) -> NDArray[np.float32]:
+def check_crop(crop: Box, size: tuple[int, int], name: str) -> None:
+    """Raise MapFormatError where a part does not fit into an image of (width, height)."""
+    width, height = size
+    left, top, right, bottom = crop
+    is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
+    if not is_inside or min(right - left, bottom - top) < _LEAST_CROP_PX:
+        raise MapFormatError(
+            f'{name}: crop {crop} does not fit; expected left, top, right, '
+            f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
+        )
+
+
+def levels_of(image: Image.Image) -> NDArray[np.float32]:
+    """Return an image as ``(H, W, C) float32`` in [0, 1]; see :func:`load_pixels`."""
     full_scale = 255.0
     if image.mode.startswith('I'):  # 16-bit grey
         full_scale = 65535.0

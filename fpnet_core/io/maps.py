@@ -10,6 +10,7 @@ lowest y. This module flips once, and :func:`fpnet_core.raster.pixels.pixel_to_x
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 import logging
 from pathlib import Path
 import re
@@ -24,8 +25,19 @@ import yaml
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
-from fpnet_core.io.images import grey_levels, interpret, load_pixels
+from fpnet_core.io.images import (
+    Box,
+    check_crop,
+    grey_levels,
+    interpret,
+    levels_of,
+    load_pixels,
+    opened_image,
+)
+from fpnet_core.plain_files import regular
 from fpnet_core.plain_yaml import MAX_BYTES, read_yaml
+from fpnet_core.raster.pixels import cut_from, pixel_to_xy
+from fpnet_core.raster.windows import known_window
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
@@ -42,6 +54,7 @@ MAP_SUFFIXES = (
 # Given: map_saver's; a pixel of 205 stays unknown.
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 _SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # given
+_STRIP_ROWS = 256  # numerical: rows whose shades are held at once, as decimals
 _MODES = ('trinary', 'scale', 'raw')
 _MAP_KEY = re.compile(rb'^\{?["\']?(?:image|resolution|origin)["\']?\s*:', re.MULTILINE)  # given
 _PICTURES = tuple(suffix for suffix in MAP_SUFFIXES if suffix not in YAML_SUFFIXES)
@@ -73,7 +86,7 @@ def _is_meant_as_map(path: Path) -> bool:
     if any(path.with_suffix(suffix).is_file() for suffix in _PICTURES):
         return True
     try:
-        with path.open('rb') as file:
+        with regular(path).open('rb') as file:
             return _MAP_KEY.search(file.read(MAX_BYTES)) is not None
     except OSError:
         return True  # whoever reads it says why that cannot be
@@ -104,7 +117,8 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
     -------
     GridMap
         In-between values of the YAML modes ``scale`` and ``raw`` become unknown. For a bare
-        image the frame's origin is the lower left corner.
+        image the frame's origin is the lower left corner. Of a large map_server map what is known,
+        with a margin.
 
     Raises
     ------
@@ -113,16 +127,76 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
         map holds no free space or nothing else.
     """
     path = Path(path)
-    if resolution_m is not None and not (np.isfinite(resolution_m) and resolution_m > 0.0):
-        raise MapFormatError(f'resolution must be positive metres per pixel, got {resolution_m}')
+    _check_resolution(resolution_m)
     if path.suffix.lower() in YAML_SUFFIXES:
-        grid = _read_yaml_map(path, resolution_m)
-    else:
-        resolution_m = resolution_m or DEFAULT_RESOLUTION_M
-        cells = interpret(grey_levels(load_pixels(path)), resolution_m)
-        grid = GridMap(cells[::-1], resolution_m)
+        return read_map_part(path, resolution_m).grid
+    resolution_m = resolution_m or DEFAULT_RESOLUTION_M
+    cells = interpret(grey_levels(load_pixels(path)), resolution_m)
+    grid = GridMap(cells[::-1], resolution_m)
     _check_content(grid, path)
     return grid
+
+
+@dataclass(frozen=True, eq=False)
+class MapPart:
+    """
+    What was read of a map_server map.
+
+    Parameters
+    ----------
+    grid : the part, in the frame of the whole map
+    left, top : where it begins in the image [pixels]
+    size : (width, height) of the image
+    """
+
+    grid: GridMap
+    left: int
+    top: int
+    size: tuple[int, int]
+
+    @property
+    def A_frame_pixel(self) -> NDArray[np.float64]:
+        """Return the affine (3, 3) from pixels of the image to metres of the map's frame."""
+        A_frame_part = pixel_to_xy(self.grid).matrix
+        return np.asarray(A_frame_part @ cut_from(self.left, self.top))
+
+
+def read_map_part(
+    path: Path, resolution_m: float | None = None, crop: Box | None = None
+) -> MapPart:
+    """
+    Read a map_server YAML, or what is cropped of it; of a large map what is known of it.
+
+    Raises
+    ------
+    MapFormatError
+        As :func:`read_map`; if the crop does not fit.
+    """
+    _check_resolution(resolution_m)
+    fields = _read_fields(path)
+    resolution_m = resolution_m or _number(fields, 'resolution', path)
+    if resolution_m <= 0.0:
+        raise MapFormatError(f'{path}: resolution must be positive, got {resolution_m}')
+    T_frame_map = _origin(fields, path)
+    image_path = path.parent / _image(fields, path)
+    with opened_image(image_path) as image:
+        size = image.size
+        if crop is not None:
+            check_crop(crop, size, path.name)
+        cells = _cells(image, crop or (0, 0, *size), fields, path)
+    rows, cols = known_window(cells != UNKNOWN)
+    left, top = (crop or (0, 0))[:2]
+    left, top = left + cols.start, top + rows.start
+    below = size[1] - top - (rows.stop - rows.start)
+    T_map_part = SE2.from_xy_yaw(left * resolution_m, below * resolution_m, 0.0)
+    grid = GridMap(cells[rows, cols][::-1], resolution_m, T_frame_map @ T_map_part)
+    _check_content(grid, path)
+    return MapPart(grid, left, top, size)
+
+
+def _check_resolution(resolution_m: float | None) -> None:
+    if resolution_m is not None and not (np.isfinite(resolution_m) and resolution_m > 0.0):
+        raise MapFormatError(f'resolution must be positive metres per pixel, got {resolution_m}')
 
 
 def write_map(grid: GridMap, yaml_path: Path | str) -> None:
@@ -157,22 +231,32 @@ def _check_content(grid: GridMap, path: Path) -> None:
         raise MapFormatError(f'map {path} is empty: expected walls, got nothing but free space')
 
 
-def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
-    fields = _read_fields(path)
-    resolution_m = resolution_m or _number(fields, 'resolution', path)
-    if resolution_m <= 0.0:
-        raise MapFormatError(f'{path}: resolution must be positive, got {resolution_m}')
+def _origin(fields: dict[str, Any], path: Path) -> SE2:
+    """Return the pose of the image's lower left corner."""
     origin = fields.get('origin')
     if not isinstance(origin, list) or len(origin) != 3:
         raise MapFormatError(
             f'{path}: origin must be [x, y, yaw] in m, m, rad, got {reprlib.repr(origin)}'
         )
-    x, y, yaw = (_as_number(value, 'origin', path) for value in origin)
+    return SE2.from_xy_yaw(*(_as_number(value, 'origin', path) for value in origin))
+
+
+def _image(fields: dict[str, Any], path: Path) -> str:
     image = fields.get('image')
     if not isinstance(image, str) or not image or not image.isprintable():
         raise MapFormatError(f'{path}: image must name the map image, got {reprlib.repr(image)}')
-    cells = _threshold(load_pixels(path.parent / image), fields, path)
-    return GridMap(cells[::-1], resolution_m, SE2.from_xy_yaw(x, y, yaw))
+    return image
+
+
+def _cells(image: Image.Image, box: Box, fields: dict[str, Any], path: Path) -> NDArray[np.int8]:
+    """Return the cell values ``(H, W)`` of a part of an image, row 0 at the top."""
+    left, top, right, bottom = box
+    cells = np.empty((bottom - top, right - left), dtype=np.int8)
+    for first in range(top, bottom, _STRIP_ROWS):
+        last = min(first + _STRIP_ROWS, bottom)
+        levels = levels_of(image.crop((left, first, right, last)))
+        cells[first - top : last - top] = _threshold(levels, fields, path)
+    return cells
 
 
 def _read_fields(path: Path) -> dict[str, Any]:

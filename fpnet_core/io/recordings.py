@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fpnet_core.config import ScanStamp
-from fpnet_core.errors import CloudFormatError
+from fpnet_core.errors import CloudFormatError, said_of_system
 from fpnet_core.io.message_types import BAG_SUFFIXES
 from fpnet_core.io.scans import ScanSource
+from fpnet_core.plain_files import regular
 
 BAG_NAME = 'bag'
 """Of the bag of a simulated recording, in its folder."""
@@ -51,7 +52,10 @@ def open_scans(
     path = Path(path)
     if not path.exists():
         raise CloudFormatError(f'recording {path} does not exist')
-    path = bag_within(path)
+    try:
+        path = bag_within(regular(path))
+    except OSError as error:
+        raise CloudFormatError(said_of_system(error)) from None
     if _is_bag(path):
         from fpnet_core.io.bag_lasers import open_bag
 

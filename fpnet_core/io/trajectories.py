@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry.rigid3d import is_rigid
 from fpnet_core.io.arrays import read_array
+from fpnet_core.plain_files import regular
 from fpnet_core.stamps import NS_PER_S
 
 KITTI_PERIOD_NS = 100_000_000
@@ -155,7 +156,7 @@ def write_tum(
 
 def _read_rows(path: Path) -> list[list[str]]:
     try:
-        text = path.read_text(encoding='utf-8')
+        text = regular(path).read_text(encoding='utf-8')
     except OSError as error:
         raise OdometryError(f'cannot read poses {path}: {error.strerror}') from None
     except UnicodeDecodeError:

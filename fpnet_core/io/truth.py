@@ -11,6 +11,7 @@ from typing import Any
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.trajectories import read_tum
+from fpnet_core.plain_files import regular
 from fpnet_core.trajectory import PlanarTrajectory
 
 TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
@@ -100,7 +101,7 @@ def read_json(path: Path, remedy: str) -> dict[str, Any]:
         If the file is missing or no JSON object.
     """
     try:
-        values = json.loads(path.read_text(encoding='utf-8'))
+        values = json.loads(regular(path).read_text(encoding='utf-8'))
     except OSError as error:
         raise FpnetError(f'cannot read {path}: {error.strerror}; {remedy}') from None
     except ValueError as error:

@@ -15,7 +15,6 @@ import math
 
 from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.findings import (
-    AS_WELL,
     FEWEST_HZ,
     LIKELY,
     POSSIBLE,
@@ -25,7 +24,14 @@ from fpnet_core.judging.findings import (
     Fit,
     TurningWalls,
 )
-from fpnet_core.judging.reasons import AT_EDGE, EXPLAINED_WELL, FEW_WALLS_M, metres, percent
+from fpnet_core.judging.reasons import (
+    AS_WELL,
+    AT_EDGE,
+    EXPLAINED_WELL,
+    FEW_WALLS_M,
+    metres,
+    percent,
+)
 from fpnet_core.types import Cause, CauseKind
 
 _STANDS_M = 0.5  # physical: whoever has driven less sees what is seen from one place

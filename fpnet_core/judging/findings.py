@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging.judge import Verdict
-from fpnet_core.judging.reasons import EXPLAINED_WELL, FEW_WALLS_M
+from fpnet_core.judging.reasons import AS_WELL, EXPLAINED_WELL, FEW_WALLS_M
 from fpnet_core.segmentation import ScaleEstimate
 
 PROVED, LIKELY, POSSIBLE = 0.9, 0.5, 0.1
@@ -21,9 +21,6 @@ worth a word."""
 
 FEWEST_HZ = 4.0
 """Scans a second that can be matched: a robot turns by 15 degrees in between. Chosen."""
-
-AS_WELL = 0.04
-"""Chosen: shares of walls that differ by less tell nothing apart."""
 
 _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough

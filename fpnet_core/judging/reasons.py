@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 NO_PLAN = 'no floorplan yet'
 NOT_LOOKED = 'not looked at yet'
 MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
+UPSIDE_DOWN = (
+    'the scanner looks upside down: the floor is above it, and what was seen fits the mirror '
+    'image only; turn it in /tf_static'
+)
 CONTRADICTED = (
     'what is seen now does not fit where the robot was: it was carried off, its odometry has '
     'slipped, or the drawing is wrong here'
@@ -36,6 +40,9 @@ FEW_WALLS_M = 25.0
 
 EXPLAINED_WELL = 0.8
 """A right placement explains so much of the walls, as a rule. Chosen."""
+
+AS_WELL = 0.04
+"""Chosen: shares of walls that differ by less tell nothing apart."""
 
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
@@ -132,6 +139,8 @@ def _undecided(verdict: Verdict, look: Circumstances) -> str:
         'storeys': verdict.elsewhere,
     }
     by = max(held, key=lambda name: held[name])
+    if by == 'foreign' and placed >= verdict.foreign and _is_alike(verdict):
+        by = 'rivals'  # they share what one place alone would hold against another building
     if by == 'storeys' and not is_little:
         return _between_storeys(verdict, look)
     if by == 'rivals':
@@ -144,6 +153,14 @@ def _undecided(verdict: Verdict, look: Circumstances) -> str:
         explained = f'{percent(_shares(verdict)[0])} of {metres(look.walls_m)} of wall'
         return f'explains {explained}{_bent(verdict)}: {_TOO_LITTLE[by]}'
     return f'{_explains(verdict, look)}: {_doubt(by, verdict, look)}'
+
+
+def _is_alike(verdict: Verdict) -> bool:
+    """Tell whether the two most probable places explain the walls alike."""
+    if len(verdict.placements) < 2:
+        return False
+    best, other = _shares(verdict)[:2]
+    return bool(other >= best - AS_WELL)
 
 
 def _between_storeys(verdict: Verdict, look: Circumstances) -> str:

@@ -22,6 +22,7 @@ from fpnet_core.library.keypoints import Keypoints, keypoints_of
 from fpnet_core.library.search import Known, ShardPlans, proposed
 from fpnet_core.library.shard import Shard
 from fpnet_core.library.walls import plan_walls
+from fpnet_core.plain_files import regular
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Segmentation
 
@@ -152,7 +153,7 @@ def _part(plans: Iterable[LibraryPlan]) -> ShardPlans:
 def _opened(path: Path) -> ShardPlans:
     manifest = path / _MANIFEST
     try:
-        read = json.loads(manifest.read_text(encoding='utf-8'))
+        read = json.loads(regular(manifest).read_text(encoding='utf-8'))
         if read['format'] != FORMAT:
             raise LibraryError(f'{path} has format {read["format"]}; build the library again')
         plans = tuple(_known(each) for each in read['plans'])

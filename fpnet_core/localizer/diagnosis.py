@@ -112,16 +112,25 @@ def causes_of_look(
     status: Status,
     is_mirrored: bool,
     denial: ScaleEstimate | None = None,
+    sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
     Return the likely causes as far as one look tells; none where something is claimed.
 
-    ``denial`` is what the plan's rooms say of its scale where they deny it.
+    ``denial`` is what the plan's rooms say of its scale where they deny it, ``sensed`` what the
+    scans themselves tell.
     """
     if status is Status.LOCALIZED:
         return ()
     driven_m = path_length(submap.path_xy)
-    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial, driven_m=driven_m)
+    found = Findings(
+        0.0,
+        0.0,
+        is_mirrored=is_mirrored,
+        denial=denial,
+        driven_m=driven_m,
+        sensed=sensed or Sensed(),
+    )
     return causes_of(_of_look(found, question, verdict))
 
 

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, LocalizerConfig, ScalePolicy
+from fpnet_core.doctor.sensor import MountVotes
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
+from fpnet_core.io.scans import Scan
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
 from fpnet_core.localizer.continuity import Break, Continuity
@@ -71,6 +73,7 @@ class Localizer:
         self._ticking = threading.Lock()  # one tick after the other: matchers are not shared
         self._lock = threading.Lock()  # of all that follows, held for moments only
         self._builder = SubmapBuilder(config.submap)
+        self._mount = MountVotes()
         self._continuity = Continuity(config.localizer)
         self._broken = '', 0  # why and when the last new odometry frame began
         self._submap: Submap | None = None
@@ -160,6 +163,7 @@ class Localizer:
             if broken is not None:
                 self._bridge(broken, stamp_ns)
             self._builder.add_scan(points, pose, stamp_ns, viewpoints)
+            self._mount.look(Scan(stamp_ns, points, T_odom_sensor=pose))
             self._continuity.go_on_from(stamp_ns, pose)
 
     def tick(self, now_ns: int) -> LocalizerOutput:
@@ -179,7 +183,8 @@ class Localizer:
                 if taken is None and self._is_solved:
                     return self._said.output
                 self._submap = taken or self._submap
-                seen = Seen(now_ns, self._submap, None if last is None else last[1])
+                T_odom_sensor = None if last is None else last[1]
+                seen = Seen(now_ns, self._submap, T_odom_sensor, self._mount.is_upside_down)
             after, output = tick(state, seen, self._finder, timer)
             with self._lock:
                 if state is self._state:  # else it was overtaken

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import Verdict
-from fpnet_core.judging.reasons import NO_PLAN, waiting
+from fpnet_core.judging.findings import Sensed
+from fpnet_core.judging.reasons import NO_PLAN, UPSIDE_DOWN, waiting
 from fpnet_core.localizer.belief import Belief, HypothesisTracker, Sight, Standing
 from fpnet_core.localizer.diagnosis import causes_of_look, causes_of_waiting
 from fpnet_core.localizer.finder import Comparison, Finder, Question
@@ -154,12 +155,14 @@ class Seen:
     What a tick looks at.
 
     ``submap`` is everything seen so far, ``T_odom_sensor (4, 4)`` of its newest scan; None before
-    the first. ``now_ns`` stamps the output meanwhile.
+    the first. ``now_ns`` stamps the output meanwhile. ``is_upside_down``: the scans say so of the
+    scanner.
     """
 
     now_ns: int
     submap: Submap | None = None
     T_odom_sensor: NDArray[np.float64] | None = None
+    is_upside_down: bool = False
 
     @property
     def robot_xy(self) -> RobotXY:
@@ -191,7 +194,8 @@ def tick(
     if submap is None or submap.free_area_m2 < finder.config.localizer.min_explored_m2:
         return state, _waiting(seen, finder)
     with timer.stage('total'):
-        return _Tick(state, plan, submap, seen.robot_xy, finder, timer).run()
+        hangs = seen.is_upside_down
+        return _Tick(state, plan, submap, seen.robot_xy, finder, timer, hangs).run()
 
 
 def _waiting(seen: Seen, finder: Finder) -> LocalizerOutput:
@@ -225,6 +229,7 @@ class _Tick:
     robot_xy: RobotXY
     finder: Finder
     timer: StageTimer
+    is_upside_down: bool
 
     def run(self) -> tuple[TickState, LocalizerOutput]:
         """Return the next state and the output."""
@@ -267,8 +272,9 @@ class _Tick:
             others=others,
         )
         causes = causes_of_look(
-            asked, verdict, submap, told.status, told.is_mirrored, self.plan.denial
-        )
+            asked, verdict, submap, told.status, told.is_mirrored, self.plan.denial,
+            Sensed(self.is_upside_down and told.is_mirrored),
+        )  # fmt: skip
         output = self._output(plan, found, belief.judged, told, A, spread)
         storeys = probabilities(plan, verdict, others)
         named = replace(output, causes=causes, storey=plan.name, storeys=storeys)
@@ -354,6 +360,7 @@ class _Tick:
         spread: PoseSpread | None,
     ) -> LocalizerOutput:
         estimates = plan.nominal_estimates(judged)
+        is_hung = belief.is_mirrored and self.is_upside_down
         return LocalizerOutput(
             stamp_ns=self.submap.stamp_ns,
             status=belief.status,
@@ -367,7 +374,7 @@ class _Tick:
             submap=self.submap,
             timings_ms=self.timer.timings_ms,
             scale=plan.nominal_scale(),
-            reason=belief.reason,
+            reason=UPSIDE_DOWN if is_hung else belief.reason,
             is_mirrored=belief.is_mirrored,
         )
 

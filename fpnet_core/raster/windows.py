@@ -21,6 +21,9 @@ NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
 EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
 """The same for all four neighbours."""
 
+_LARGE_CELLS = 4_000_000  # numerical: 100 m x 100 m at 5 cm; smaller maps are quickly worked on
+_MARGIN_CELLS = 20  # numerical: so that what surrounds the known part still is unknown
+
 
 def window_of(mask: Mask) -> Window | None:
     """Return the smallest window that holds all True cells of ``mask (H, W)``; None of none."""
@@ -28,6 +31,22 @@ def window_of(mask: Mask) -> Window | None:
     if not rows.size:
         return None
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+
+def known_window(known: Mask) -> Window:
+    """
+    Return the window of a map's known cells ``known (H, W)`` with a margin; all of a small map.
+
+    Maps of a drive are often made as large as may be, and most of them is never seen.
+    """
+    window = window_of(known) if known.size > _LARGE_CELLS else None
+    if window is None:
+        return slice(0, known.shape[0]), slice(0, known.shape[1])
+    rows, cols = (
+        slice(max(0, side.start - _MARGIN_CELLS), min(size, side.stop + _MARGIN_CELLS))
+        for side, size in zip(window, known.shape, strict=True)
+    )
+    return rows, cols
 
 
 def cells_of(mask: Mask) -> NDArray[np.int64]:

@@ -29,6 +29,7 @@ from fpnet_core.sites.fields import (
     check_keys,
     read_mapping,
 )
+from fpnet_core.sites.levels import levels_of
 from fpnet_core.sites.open_rmf import read_open_rmf
 from fpnet_core.sites.site import Link, LinkKind, Site, Storey
 
@@ -87,7 +88,7 @@ def _description_in(folder: Path) -> Path:
 
 
 def _of_maps(folder: Path, config: FpnetConfig) -> Site:
-    """Return the site whose storeys are the map_server maps in a folder, by their names."""
+    """Return the site of the map_server maps in a folder; their names say the levels."""
     found = map_yamls(sorted(folder.iterdir()))
     if not found:
         raise SiteError(
@@ -96,7 +97,9 @@ def _of_maps(folder: Path, config: FpnetConfig) -> Site:
         )
     storeys = [
         Storey(path.stem, _plan(path, ReadOptions(), config, path.stem), level=level)
-        for level, path in enumerate(found)
+        for level, path in sorted(
+            zip(levels_of([path.stem for path in found]), found, strict=True)
+        )
     ]
     return Site(folder.name, tuple(storeys))
 

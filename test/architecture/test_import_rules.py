@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 LAYERS = {
     'fpnet_core': [
         {'arguments', 'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
-        | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory', 'kernel_cache'}
+        | {'plain_files', 'plain_yaml', 'printable', 'small_networks', 'spread', 'stamps'}
+        | {'trajectory', 'kernel_cache'}
         | {'freed_memory'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},

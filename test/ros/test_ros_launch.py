@@ -25,6 +25,7 @@ pytest.importorskip('rclpy')
 from fpnet_core.config import FpnetConfig, OdometryConfig, ScansConfig
 from fpnet_core.config_docs import config_fields
 from fpnet_ros.floorplan_server import FloorplanServerParameters
+from fpnet_ros.large_clouds import PROFILE_VARIABLE, said_of_transport
 from fpnet_ros.lifecycle import LifecycleParameters
 from fpnet_ros.odometry import OdometryParameters
 from fpnet_ros.replay import ReplayParameters
@@ -47,11 +48,16 @@ CLASSES = {
         'IncludeLaunchDescription',
         'LogInfo',
         'OpaqueFunction',
+        'SetEnvironmentVariable',
         'Shutdown',
     ),
     'launch.conditions': ('IfCondition',),
     'launch.launch_description_sources': ('PythonLaunchDescriptionSource',),
-    'launch.substitutions': ('LaunchConfiguration', 'PathJoinSubstitution'),
+    'launch.substitutions': (
+        'EnvironmentVariable',
+        'LaunchConfiguration',
+        'PathJoinSubstitution',
+    ),
     'launch_ros': (),
     'launch_ros.actions': ('Node', 'PushRosNamespace'),
     'launch_ros.parameter_descriptions': ('ParameterValue',),
@@ -213,6 +219,39 @@ def test_where_rviz_is_not_installed_a_line_says_so_and_the_nodes_start(
     )
 
 
+def test_nodes_take_a_log_level_and_may_be_started_again(described):
+    found = described('localizer', floorplan='a.yaml')
+    for node in (n.keywords for n in found['Node'] if n.keywords['package'] == 'fpnet_ros'):
+        assert node['arguments'][:2] == ['--ros-args', '--log-level']
+        assert node['arguments'][2].arguments == ('log_level',)
+        assert node['respawn'].arguments == ('respawn',)
+
+
+@pytest.mark.parametrize('has_room', [True, False])
+def test_the_profile_for_large_clouds_is_set_where_nobody_set_one(
+    described, monkeypatch, has_room
+):
+    monkeypatch.delenv(PROFILE_VARIABLE, raising=False)
+    monkeypatch.setattr('fpnet_ros.large_clouds.has_shared_memory', lambda: has_room)
+    found = described('localizer', floorplan='a.yaml')
+    given = [each.arguments for each in found.get('SetEnvironmentVariable', [])]
+    if not has_room:
+        assert given == []
+        assert any('shared memory' in each.keywords['msg'] for each in found['LogInfo'])
+        return
+    ((name, profile),) = given
+    assert (name, profile.arguments) == (PROFILE_VARIABLE, (PROFILE_VARIABLE,))
+    *_, folder, file = profile.keywords['default_value'].arguments[0]
+    assert (ROOT / folder / file).is_file()
+    assert 'SetEnvironmentVariable' not in described('localizer', floorplan='a', dds_profile='')
+
+
+def test_nodes_say_what_large_clouds_need_where_no_profile_is_set():
+    assert PROFILE_VARIABLE in said_of_transport('rmw_fastrtps_cpp', {})
+    assert said_of_transport('rmw_fastrtps_cpp', {PROFILE_VARIABLE: '/a.xml'}) == ''
+    assert said_of_transport('rmw_cyclonedds_cpp', {}) == ''
+
+
 def test_scans_go_to_our_odometry_or_else_to_the_localizer(described):
     found = described('localizer', floorplan='a.yaml', scan='/front/scan, /rear/scan')
     topics = {'scan_topics': ['/front/scan', '/rear/scan']}
@@ -266,3 +305,19 @@ def test_every_message_package_is_a_dependency():
     ros = {name for name in imported if name.endswith(('_msgs', '_srvs', '_interfaces'))}
     assert len(ros) > 8
     assert ros | {'ament_index_python', 'rclpy', 'launch', 'launch_ros'} <= known
+
+
+def test_what_only_the_lab_imports_is_no_dependency_of_a_robot():
+    known = {element.text for element in ET.parse(ROOT / 'package.xml').findall('exec_depend')}
+    imported = set()
+    for folder in ('fpnet_core', 'fpnet_ros', 'msg_adapters'):
+        for path in (ROOT / folder).rglob('*.py'):
+            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+                if isinstance(node, ast.Import):
+                    imported |= {each.name.partition('.')[0] for each in node.names}
+                if isinstance(node, ast.ImportFrom) and node.module:
+                    imported.add(node.module.partition('.')[0])
+    names = {'PIL': 'pil', 'cv2': 'opencv', 'open3d': 'open3d-pip', 'rosbags': 'rosbags-pip'}
+    for module in ('networkx', 'sklearn', 'PIL', 'cv2', 'scipy', 'skimage', 'open3d', 'rosbags'):
+        key = f'python3-{names.get(module, module)}'
+        assert (key in known) == (module in imported), key

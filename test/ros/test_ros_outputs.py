@@ -205,6 +205,25 @@ def test_what_keeps_scans_from_coming_is_named_at_any_speed_of_the_clock(monkeyp
     assert health.report(output, 3.0).reason.endswith('nothing on /scan for 0.3 s')
 
 
+def test_odometry_that_never_came_is_the_reason_for_waiting(monkeypatch):
+    at_s = 100.0
+    monkeypatch.setattr(health_module.time, 'monotonic', lambda: at_s)
+    silence_s = {'/kiss/frame': 0.1, '/kiss/odometry': 2.0}
+    inputs = SimpleNamespace(ages_s={}, silence_s=silence_s, waits_for='', earlier=0, lost=0)
+    inputs.unlocated = inputs.past = inputs.refused = 0
+    scans = SimpleNamespace(dropped=0, refused=0, done=0, work_ms=0.0)
+    health = Health(inputs, scans, ROSClock(), print)
+    output = LocalizerOutput(0, Status.WAITING, reason='no scan yet')
+    assert health.report(output, 3.0).reason == 'no scan yet'
+    for at_s in (101.0, 102.0, 103.0, 104.0):
+        silence_s['/kiss/odometry'] = at_s - 100.0
+        report = health.report(output, 3.0)
+    why = 'nothing on /kiss/odometry for 4.0 s'
+    assert report.reason == f'no scan with a pose has come yet: {why}'
+    assert (report.status, report.is_trouble) == (Status.WAITING, True)
+    assert health.report(LocalizerOutput(0, Status.NO_PLAN), 3.0).status is Status.NO_PLAN
+
+
 def test_while_the_simulated_clock_stands_still_nothing_else_is_missed(monkeypatch):
     at_s, now_ns = 100.0, 0  # nobody has published the clock yet
     monkeypatch.setattr(health_module.time, 'monotonic', lambda: at_s)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """``ros2 param dump`` and ``load`` of a node's own values."""
 
+from pathlib import Path
+
 from pydantic import Field
 import pytest
 import rclpy
@@ -11,12 +13,28 @@ from std_msgs.msg import String
 import yaml
 
 from fpnet_core.config import FpnetConfig, Section
+from fpnet_ros.known_parameters import node_sections
+from fpnet_ros.parameter_file import render_parameter_file
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.processes import free_domain_id
 from fpnet_ros.replay import ReplayNode
 from fpnet_ros.settings import LIVE, LocalizerParameters
 
 pytestmark = pytest.mark.ros
+
+
+SHIPPED = Path(__file__).parents[2] / 'config' / 'fpnet.yaml'
+
+
+def test_the_shipped_file_has_every_parameter_of_every_node():
+    text = SHIPPED.read_text(encoding='utf-8')
+    assert text == render_parameter_file(), 'see docs/contributing.md'
+    begin = text.index('## localizer')
+    written = ''.join(line.removeprefix('    # ') for line in text[begin:].splitlines(True))
+    for part, section in zip(written.split('## ')[1:], node_sections().values(), strict=True):
+        values = yaml.safe_load(part.partition('\n')[2])
+        assert section.model_validate(values) == section()
+        assert set(values) == set(section.model_fields)
 
 
 class Framed(Section):

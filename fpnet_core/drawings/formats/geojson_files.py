@@ -11,6 +11,7 @@ import zipfile
 
 from fpnet_core.drawings.formats.messages import detail_of
 from fpnet_core.errors import MapFormatError
+from fpnet_core.plain_files import regular
 
 MAX_BYTES = 64 * 2**20
 """Numerical: of all the JSON together, after unpacking."""
@@ -32,7 +33,7 @@ def feature_files(path: Path) -> list[tuple[str, Any]]:
         names = sorted(each for each in path.iterdir() if each.suffix.lower() in _SUFFIXES)
         left, found = MAX_BYTES, []
         for each in names[:_MAX_FILES]:
-            with each.open('rb') as stream:
+            with regular(each).open('rb') as stream:
                 data = stream.read(left + 1)
             left -= len(data)
             found.append((each.stem.lower(), _parsed(data, left, f'{path.name}/{each.name}')))

@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
+from fpnet_core.printable import printable
+
 _LONGEST = 120  # numerical: letters
 
 
 def detail_of(error: Exception) -> str:
     """Return the first line of an error that can be printed; its kind if there is none."""
     line = (str(error).splitlines() or [''])[0].strip()
-    shown = ''.join(c if c.isprintable() else '?' for c in line)[:_LONGEST]
-    return shown or type(error).__name__
+    return printable(line)[:_LONGEST] or type(error).__name__

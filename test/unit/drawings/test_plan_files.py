@@ -81,12 +81,28 @@ def test_a_length_on_a_map_is_its_scale(reading, tmp_path):
 
 
 @pytest.mark.parametrize(
-    'options', [ReadOptions(crop=(0, 0, 20, 20)), ReadOptions(storey=2), ReadOptions(page=2)]
+    'options', [ReadOptions(layers=('WALLS',)), ReadOptions(storey=2), ReadOptions(page=2)]
 )
 def test_a_map_has_no_parts(reading, tmp_path, options):
     write_plan(reading, tmp_path / 'plan.yaml')
     with pytest.raises(MapFormatError, match='taken as it is'):
         read_plan(tmp_path / 'plan.yaml', options)
+
+
+def test_a_crop_of_a_map_stays_where_it_is(reading, tmp_path):
+    write_plan(reading, tmp_path / 'plan.yaml')
+    whole = read_plan(tmp_path / 'plan.yaml')
+    height, width = whole.grid.shape
+    part = read_plan(tmp_path / 'plan.yaml', ReadOptions(crop=(30, 40, width - 20, height - 10)))
+    np.testing.assert_array_equal(part.grid.cells, whole.grid.cells[10:-40, 30:-20])
+    cells = [[0, 0], [7, 5]]
+    np.testing.assert_allclose(
+        part.grid.rc_to_xy(cells), whole.grid.rc_to_xy(np.add(cells, [10, 30])), atol=1e-9
+    )
+    np.testing.assert_allclose(part.H_plan_image, whole.H_plan_image, atol=1e-9)
+    assert part.drawing.size == (width, height)
+    with pytest.raises(MapFormatError, match='crop'):
+        read_plan(tmp_path / 'plan.yaml', ReadOptions(crop=(0, 0, width + 1, height)))
 
 
 @pytest.mark.parametrize('text', ['', '{', '[]', '{"cells": 3}', '1' * 2_000_000])

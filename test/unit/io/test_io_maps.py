@@ -11,7 +11,7 @@ import yaml
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.images import MAX_PIXELS
-from fpnet_core.io.maps import read_map, states_scale, write_map
+from fpnet_core.io.maps import read_map, read_map_part, states_scale, write_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -51,6 +51,23 @@ def test_trinary_values_rows_and_pose(folder):
     assert grid.frame == 'plan'
     assert (grid.T_frame_grid.x, grid.T_frame_grid.y) == (-1.5, 2.5)
     assert grid.T_frame_grid.yaw == pytest.approx(0.4)
+
+
+def test_of_a_large_map_the_known_part_is_read_where_it_is(folder):
+    pixels = np.full((2100, 2000), 205, np.uint8)
+    pixels[1500:1700, 400:700] = 254
+    pixels[1500, 400:700] = 0
+    part = read_map_part(folder(pixels))
+    # 20 cells of what is unknown around it, row 0 at the bottom of the picture
+    assert part.grid.shape == (240, 340)
+    assert (part.left, part.top, part.size) == (380, 1480, (2000, 2100))
+    whole = GridMap(np.zeros((2100, 2000), np.int8), 0.1, SE2.from_xy_yaw(-1.5, 2.5, 0.4))
+    np.testing.assert_allclose(part.A_frame_pixel, pixel_to_xy(whole).matrix, atol=1e-9)
+    np.testing.assert_allclose(
+        part.grid.rc_to_xy([0, 0]), whole.rc_to_xy([2100 - 1480 - 240, 380]), atol=1e-9
+    )
+    assert (part.grid.cells[219, 20:320] == OCCUPIED).all()
+    assert (part.grid.cells[220] == UNKNOWN).all()
 
 
 def test_negate_swaps_black_and_white(folder):

@@ -165,6 +165,16 @@ def test_another_building():
     assert reason_of(found, LOOK) == 'explains 30 % of the walls: another building?'
 
 
+def test_a_plan_that_is_its_own_image_turned_is_no_other_building():
+    turned = SE2.from_xy_yaw(3.0, -2.0, 0.4 + math.pi)
+    found = verdict([HERE, turned], [0.3, 0.28], [0.7, 0.69], foreign=0.4)
+    assert reason_of(found, LOOK) == (
+        '70 % of 140 m of wall explained; the best rival, turned by 180 degrees, explains 69 %'
+    )
+    foreign = verdict([HERE, turned], [0.1, 0.1], [0.7, 0.69], foreign=0.8)
+    assert reason_of(foreign, LOOK) == 'explains 70 % of the walls: another building?'
+
+
 @pytest.mark.parametrize(
     ('held', 'words'),
     [

@@ -12,11 +12,13 @@ from planted_drive import recorded, standing
 import pytest
 
 from fpnet_core.config import load_config
+from fpnet_core.doctor import sensor
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.findings import DoubleWalls, TurningWalls
+from fpnet_core.judging.reasons import MIRRORED, UPSIDE_DOWN
 from fpnet_core.localizer import Localizer, match_maps, replay
 from fpnet_core.localizer.diagnosis import explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
@@ -235,6 +237,27 @@ def test_a_claim_needs_no_cause(matcher):
     assert run.outputs[-1].status is Status.LOCALIZED
     assert run.outputs[-1].causes == ()
     assert any(output.causes for output in run.outputs)
+
+
+def looked_at_often(plan, matcher):
+    localizer = Localizer(load_config(None, {'localizer.mirror_check_ticks': 1}), matcher)
+    localizer.set_plan(plan)
+    source = [Scan(stamp, points, T_odom_sensor=pose) for points, pose, stamp in recorded()]
+    return replay(source, localizer, 0.5, None).outputs[-1]
+
+
+def test_a_running_localizer_names_a_scanner_upside_down(matcher, monkeypatch):
+    plan = plan_grid().mirrored()
+    mirrored = looked_at_often(plan, matcher)
+    assert (mirrored.is_mirrored, mirrored.reason) == (True, MIRRORED)
+    assert CauseKind.MIRRORED in [cause.kind for cause in mirrored.causes]
+    monkeypatch.setattr(sensor, 'upside_down_vote', lambda scan: 1)  # planted scans are flat
+    hung = looked_at_often(plan, matcher)
+    assert (hung.is_mirrored, hung.reason) == (True, UPSIDE_DOWN)
+    assert hung.causes[0].kind is CauseKind.UPSIDE_DOWN
+    assert CauseKind.MIRRORED not in [cause.kind for cause in hung.causes]
+    right = looked_at_often(plan_grid(), matcher)
+    assert right.status is Status.LOCALIZED
 
 
 def test_two_maps_say_why_they_do_not_match(matcher, other_plan):

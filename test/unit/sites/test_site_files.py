@@ -69,7 +69,8 @@ def test_a_folders_other_yamls_are_named_once_and_a_damaged_map_is_an_error(fold
     (folder / 'nav2_params.yaml').write_text(PARAMETERS)
     (folder / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 5}\n')
     assert read_site(folder).names == ('a', 'b')
-    (said,) = caplog.messages
+    said, levels = caplog.messages
+    assert 'names say none: a, b;' in levels
     assert 'metadata.yaml' in said
     assert 'nav2_params.yaml' in said
     assert str(folder / 'a.yaml') not in said
@@ -107,7 +108,7 @@ def test_what_is_said_of_a_drawing_is_said_of_a_storey(folder):
     storeys = [{'name': 'L0', 'plan': 'a.yaml', 'length': [*cells.ravel().tolist(), 24.0]}]
     (storey,) = read_site(written(folder, {'storeys': storeys})).storeys
     assert storey.plan.scale.resolution_m == pytest.approx(0.1)
-    for said in ({'crop': [0, 0, 50, 50]}, {'layers': ['WALLS']}):
+    for said in ({'page': 2}, {'layers': ['WALLS']}):
         one = {'name': 'L0', 'plan': 'a.yaml', **said}
         with pytest.raises(MapFormatError, match=f'{next(iter(said))} does not apply'):
             read_site(written(folder, {'storeys': [one]}))
