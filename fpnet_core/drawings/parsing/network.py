@@ -76,9 +76,10 @@ def parse(
 
 def _pooled(votes: Chances) -> ScalePrior:
     """Return the scale of a picture from places' votes (SCALE_BINS + 1, h, w) and weights."""
-    bins = np.linspace(*np.log(SCALE_M), SCALE_BINS)
+    bins = np.log(np.geomspace(*SCALE_M, SCALE_BINS))
     weights = _softmax(votes[-1].ravel())
-    return ScalePrior(bins, votes[:-1].reshape(SCALE_BINS, -1) @ weights)
+    logs = votes[:-1].reshape(SCALE_BINS, -1) @ weights
+    return ScalePrior(bins, logs.astype(np.float64))
 
 
 def channels(pixels: NDArray[np.uint8], context: Chances | None = None) -> Chances:

@@ -128,7 +128,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
-    scale = sheet.scale.per(1.0 / scale_of(H_cell_sheet[:2, :2]))
+    scale = sheet.scale.per(1.0 / float(scale_of(H_cell_sheet[:2, :2])))
     return SeenBuilding(cells, fine, before, H_cell_pixel, in_view, chosen, scale)
 
 
@@ -143,10 +143,10 @@ def _first_look(view: View) -> tuple[Parsed, Array]:
     for longest in SHEET_PX:
         picture, H_picture_pixel = view.shown((0, 0, width, height), longest)
         H_picture_seen = H_picture_pixel @ np.linalg.inv(H_seen_pixel)
-        look = _look(picture, seen and seen.chances, H_picture_seen)
+        look = _look(picture, None if seen is None else seen.chances, H_picture_seen)
         scale = look.scale
         if seen is not None:
-            scale = scale.and_also(seen.scale.per(1.0 / scale_of(H_picture_seen[:2, :2])))
+            scale = scale.and_also(seen.scale.per(1.0 / float(scale_of(H_picture_seen[:2, :2]))))
         seen, H_seen_pixel = Parsed(_settled(look.chances), scale), H_picture_pixel
     assert seen is not None
     return seen, H_seen_pixel

@@ -55,7 +55,7 @@ class Found:
     @property
     def prior(self) -> ScalePrior | None:
         """What the parser tells of a nominal metre."""
-        return self.seen and nominal_scale(self.seen)
+        return None if self.seen is None else nominal_scale(self.seen)
 
     @property
     def how(self) -> str:

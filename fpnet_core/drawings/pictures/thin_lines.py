@@ -60,12 +60,12 @@ def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
     edge = np.bincount(labels[lines & ~shrunk(lines, 1)], minlength=len(figures))
     thickness = 2.0 * figures[:, 4] / np.maximum(edge, 1)
     thickness[0] = np.inf
-    count = 0
+    last = np.zeros_like(thickness, np.bool_)
     for side in sides:
         is_gone = thickness <= side
-        if np.count_nonzero(is_gone) > count:
+        if (is_gone != last).any():
             yield np.where(is_gone[labels], FREE, cells).astype(np.int8)
-        count = np.count_nonzero(is_gone)
+        last = is_gone
 
 
 def _is_thin(walls: Mask, side: int) -> bool:
