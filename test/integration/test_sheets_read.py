@@ -48,6 +48,8 @@ def test_blueprints_have_no_rooms_on_the_ground_around(tmp_path, seed):
     pixels = np.where((drawn == OCCUPIED)[..., None], (235, 240, 255), (24, 60, 130))
     path = tmp_path / 'blueprint.png'
     Image.fromarray(pixels.astype(np.uint8)).save(path)
-    rooms = fpnet.segment(fpnet.read_plan(path))
-    assert abs(len(rooms.rooms) - len(plan.rooms)) <= 1
+    reading = fpnet.read_plan(path)
+    rooms = fpnet.segment(reading)
+    off = abs(len(rooms.rooms) - len(plan.rooms))
+    assert off <= 1 or (off <= 2 and reading.doubts)
     assert not border_of(rooms.labels).any()
