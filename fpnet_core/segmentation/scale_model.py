@@ -51,7 +51,8 @@ Numerical: logarithms of true over assumed metres at which a posterior is held; 
 PRIOR_SHARE = 0.3
 """
 Of the logarithm of a scale's density, that a picture's parser tells; both see the same drawing.
-Chosen: of 0, 0.3, 0.5 and 0.7 that of the least errors on 45 drawings of the tune half.
+Chosen: on 45 drawings of the tune half the 90 % interval holds for 89 %, and for 87, 96 and 100 %
+with 0, 0.5 and 0.7; errors differ little.
 """
 
 

@@ -41,14 +41,26 @@ def test_rooms_of_every_kind_of_sheet_are_read(tmp_path):
     assert np.mean(held) >= 0.8
 
 
-@pytest.mark.parametrize('seed', [1, 2])
-def test_blueprints_have_no_rooms_on_the_ground_around(tmp_path, seed):
+def blueprint(seed, tmp_path):
+    """A plan and its drawing, white on blue."""
     plan = generate_plan(np.random.default_rng(seed), max_rooms=14)
     drawn = np.pad(render_plan(plan, 0.025, style=STYLES['sketch']).cells, 60)
     pixels = np.where((drawn == OCCUPIED)[..., None], (235, 240, 255), (24, 60, 130))
     path = tmp_path / 'blueprint.png'
     Image.fromarray(pixels.astype(np.uint8)).save(path)
-    reading = fpnet.read_plan(path)
+    return plan, fpnet.read_plan(path)
+
+
+@pytest.mark.xfail(reason='leaves of doors stay as walls (docs/drawings.md)', strict=False)
+@pytest.mark.parametrize('seed', [1, 2])
+def test_blueprints_have_their_rooms(tmp_path, seed):
+    plan, reading = blueprint(seed, tmp_path)
+    assert abs(len(fpnet.segment(reading).rooms) - len(plan.rooms)) <= 1
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_blueprints_have_no_rooms_on_the_ground_around(tmp_path, seed):
+    plan, reading = blueprint(seed, tmp_path)
     rooms = fpnet.segment(reading)
     off = abs(len(rooms.rooms) - len(plan.rooms))
     assert off <= 1 or (off <= 2 and reading.doubts)

@@ -21,9 +21,19 @@ def read(path, options):
     return read_plan(path, options, CONFIG)
 
 
+CUT_TOO_OFTEN = pytest.mark.xfail(
+    reason='closets and the balcony are cut into four rooms more', strict=True
+)
+
+
 @pytest.mark.parametrize(
     ('name', 'least_f1'),
-    [('hotel_l2', 0.8), ('flat_hebrew', 0.75), ('office_scan', 0.75)],
+    [
+        ('hotel_l2', 0.8),
+        pytest.param('flat_swedish', 0.75, marks=CUT_TOO_OFTEN),
+        ('flat_hebrew', 0.75),
+        ('office_scan', 0.75),
+    ],
 )
 def test_rooms_are_those_that_people_see(name, least_f1):
     truth = read_truth(TRUTHS / f'{name}.json')

@@ -35,8 +35,7 @@ class View:
     Contrast ``levels (H, W)`` and where they are from.
 
     ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened``
-    tells that it is more than a smaller picture. ``pixels (H, W, 3)`` are the drawing's, with
-    dark and light exchanged where it is light on dark.
+    tells that it is more than a smaller picture. ``pixels (H, W, 3)`` are the drawing's.
     """
 
     levels: Levels
@@ -138,7 +137,7 @@ def _rim(shape: tuple[int, ...], by: int) -> NDArray[np.bool_]:
 
 def view_of(pixels: Levels) -> View:
     """
-    Return the view of a drawing with dark lines on a lighter ground, turn and perspective undone.
+    Return the view of a drawing, turn and perspective undone.
 
     ``pixels (H, W, 3)`` are those that are looked at.
     """
