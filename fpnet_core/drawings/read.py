@@ -162,7 +162,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     metres = cell_m * stride(found.cells) / found.segmentation.grid.resolution
-    doubts, absurd = _doubts(found, config, metres if scale.is_known else None)
+    doubts = _doubts(found, config, metres if scale.is_known else None)
     H_plan_image = pixel_to_xy(grid).matrix @ found.H_cell_pixel
     reading = Reading(
         grid=grid,
@@ -175,24 +175,22 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         doubts=(*drawing.doubts, *doubts.reasons),
         doubtful=doubts.places,
         model=placed_model(drawing, grid, H_plan_image),
-        absurd=absurd,
+        is_other=doubts.is_other,
         config=config,
         cut=found.cut_at(grid),
     )
     return in_image_pixels(reading)
 
 
-def _doubts(
-    found: Found, config: SegmentationConfig, metres_per_unit: float | None
-) -> tuple[Doubts, tuple[str, ...]]:
-    """Return what is thought of a reading, and what of it no building is like."""
+def _doubts(found: Found, config: SegmentationConfig, metres_per_unit: float | None) -> Doubts:
+    """Return what is thought of a reading whose scale may be known."""
     thought = doubts_of(found, config)
     if not found.segmentation.rooms:
-        return thought, ()
+        return thought
     without_scale = findings(found.segmentation)
     absurd = findings(found.segmentation, metres_per_unit)
     reasons = [each for each in thought.reasons if each not in without_scale or each in absurd]
-    return replace(thought, reasons=tuple(reasons)), tuple(absurd)
+    return replace(thought, reasons=tuple(reasons))
 
 
 def _notes(found: Found, options: ReadOptions) -> list[str]:

@@ -192,7 +192,7 @@ class Reading:
     drawing : what was read
     model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
     accepted : why its user takes it for a floorplan whatever speaks against it; empty if not
-    absurd : those doubts that name what no building is like
+    is_other : whether it seems to show something else than a floorplan
     config : how its rooms are cut
     cut : rooms and doors of ``grid``, as the file states them or it was cut into to be read
     """
@@ -208,7 +208,7 @@ class Reading:
     doubtful: tuple[Doubtful, ...] = ()
     model: FloorplanModel | None = None
     accepted: str = ''
-    absurd: tuple[str, ...] = ()
+    is_other: bool = False
     config: SegmentationConfig = field(default_factory=SegmentationConfig)
     cut: Segmentation | None = None
 

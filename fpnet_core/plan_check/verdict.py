@@ -35,7 +35,6 @@ _DOOR_M = (0.5, 2.5)
 _GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: of the floor in one of at least so many rooms
 _GIANT_M2 = 400.0  # physical: a hall; a larger room that no door leads into is the paper
 _UNKNOWN_SHARE = 0.5  # chosen: of what lies within the building
-_ABSURDITIES = 2  # chosen: so many things that no building has are no floorplan
 _UNSURE = 2.25
 """Chosen: largest over smallest scale. It is what `fpnet bench localization` tries as
 `unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and where every robot is found.
@@ -204,7 +203,7 @@ def _is_no_floorplan(reading: Reading, segmentation: Segmentation) -> bool:
         return False
     if not segmentation.rooms:
         return not reading.scale.is_known  # at a wrong scale every room is too small
-    return len(reading.absurd) >= _ABSURDITIES
+    return reading.is_other
 
 
 def is_unsure(scale: DrawingScale) -> bool:

@@ -27,8 +27,9 @@ def command(
     """
     Read generated sheets, compare with the truth, and fit what doubts a reading.
 
-    Prints how well readings of left-out buildings are told right or wrong, and writes
-    doubts.json, which holds the probability from which on a reading is doubted. Run it after
+    Prints how well readings of left-out buildings are told right or wrong, and from pictures of
+    other things, and writes doubts.json, which holds the probabilities from which on a reading is
+    doubted and a picture is no floorplan. Run it after
     whatever changes how drawings are read, into a new folder. Called again, it goes on where it
     was.
 
@@ -47,12 +48,12 @@ def command(
 
     settings = DoubtTraining(seed=seed or 0)
     seeds = range(FIRST_SEED, FIRST_SEED + buildings)
-    with progress('sheets', total=6.0 * buildings) as advance:
+    with progress('sheets', total=14.0 * buildings) as advance:
         trials = gather_trials(out / 'trials', seeds, tree.segmentation, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
     with progress('leaving out', total=2.0 * settings.folds) as advance:
         model, held_out = fit_doubts(trials, settings, advance)
-    figures = held_out_figures(trials, held_out, model.doubted_from)
+    figures = held_out_figures(trials, held_out, model)
     facts = say_figures(figures, sheets=6 * buildings, first_seed=FIRST_SEED, readings=len(trials))
     path = out / 'doubts.json'
     write_doubts(path, model, settings, facts)

@@ -10,11 +10,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.pictures.found import Found, find_building
-from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import growth_at
 from fpnet_core.types import GridMap
@@ -56,9 +57,24 @@ def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None
     with TemporaryDirectory() as folder:
         path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
         drawing = open_drawing(path, ReadOptions())
-    try:
-        found = find_building(drawing, ReadOptions(), config)
-    except FpnetError:
+    found = _found(drawing, config)
+    if found is None:
         return None
     H_pixel_page = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]) @ H_file_page
     return SheetRead(sheet, drawing.pixels, found, H_pixel_page)
+
+
+def picture_read(pixels: NDArray[np.uint8], config: SegmentationConfig) -> Found | None:
+    """Return the building in the file of a picture (H, W, 3); None where that is refused."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'picture.png'
+        Image.fromarray(pixels).save(path)
+        drawing = open_drawing(path, ReadOptions())
+    return _found(drawing, config)
+
+
+def _found(drawing: Drawing, config: SegmentationConfig) -> Found | None:
+    try:
+        return find_building(drawing, ReadOptions(), config)
+    except FpnetError:
+        return None

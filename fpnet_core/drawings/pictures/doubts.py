@@ -4,8 +4,8 @@
 Whether to believe a building that was found; if not, why, where on the drawing, and what to do.
 
 The parser tells how surely each pixel is what it was taken for. What that comes to at a room says
-how probably the room is right, and the rooms together say how probably the building is wrong.
-Both are logistic regressions, fitted by ``fpnet train-doubts``.
+how probably the room is right, and the rooms together say how probably the building is wrong, or
+the picture is none of a building at all: logistic regressions, fitted by ``fpnet train-doubts``.
 """
 
 from __future__ import annotations
@@ -88,12 +88,14 @@ class Doubts:
     What is thought of a building that was found.
 
     ``wrong`` is the probability that it is; ``reasons`` are sentences, none where it is believed,
-    and ``places`` where they lie on the drawing.
+    and ``places`` where they lie on the drawing. ``is_other`` tells that the picture seems to show
+    something else than a building.
     """
 
     wrong: float
     reasons: tuple[str, ...] = ()
     places: tuple[Doubtful, ...] = ()
+    is_other: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +126,17 @@ class Regression:
 
 @dataclass(frozen=True, eq=False)
 class DoubtModel:
-    """What tells right rooms and wrong buildings, and from which probability on one is doubted."""
+    """
+    What tells right rooms, wrong buildings, and pictures of other things than buildings.
+
+    A building is doubted, and a picture is no floorplan, beyond a probability each.
+    """
 
     right_room: Regression
     wrong_sheet: Regression
+    other_picture: Regression
     doubted_from: float
+    other_from: float
 
     def right_rooms(self, evidence: SheetEvidence) -> Array:
         """Return how probably (R,) each room is right."""
@@ -138,6 +146,11 @@ class DoubtModel:
         """Return how probably a building is wrong."""
         figures = sheet_figures(evidence, self.right_rooms(evidence))
         return float(self.wrong_sheet(figures[None])[0])
+
+    def other(self, evidence: SheetEvidence) -> float:
+        """Return how probably a picture shows something else than a building."""
+        figures = sheet_figures(evidence, self.right_rooms(evidence))
+        return float(self.other_picture(figures[None])[0])
 
 
 @cache
@@ -152,7 +165,9 @@ def model_of(stored: dict[str, Any]) -> DoubtModel:
     return DoubtModel(
         Regression.of(stored['rooms'], ROOM_FIGURES),
         Regression.of(stored['sheets'], SHEET_FIGURES),
+        Regression.of(stored['others'], SHEET_FIGURES),
         float(stored['doubted_from']),
+        float(stored['other_from']),
     )
 
 
@@ -209,7 +224,10 @@ def doubts_of(found: Found, config: SegmentationConfig) -> Doubts:
     if found.seen is None:
         return Doubts(0.0, tuple(absurd))
     model, evidence = packaged_doubt_model(), evidence_of(found, config)
-    wrong = model.wrong(evidence)
+    wrong, other = model.wrong(evidence), model.other(evidence)
+    if other > model.other_from:
+        nothing = f'It seems to show something else than a floorplan (with {other:.2f}).'
+        return Doubts(wrong, (nothing, *absurd), is_other=True)
     if wrong <= model.doubted_from:
         return Doubts(wrong, tuple(absurd))
     places = tuple(_places(found, evidence, model.right_rooms(evidence)))

@@ -79,6 +79,14 @@ _DOUBTS = (
             for share in (0.03, 0.05, 0.1)
         },
     ),
+    Column('pictures of other things', 'others'),
+    *columns(
+        Units.SHARE,
+        {
+            'others_known': 'known as such',
+            'buildings_taken_for_others': 'buildings taken for such',
+        },
+    ),
 )
 
 

@@ -94,13 +94,13 @@ def test_who_accepts_a_plan_gives_a_reason_that_stays():
     assert accepted.as_json()['fitness'] == 'doubtful'
 
 
-def test_two_things_that_no_building_has_are_no_floorplan():
-    absurd = ('No door was found.', '51 specks per room were taken for walls.')
-    verdict = read(hall(), doubts=absurd, absurd=absurd)
+def test_a_picture_of_something_else_is_no_floorplan():
+    said = ('It seems to show something else than a floorplan (with 0.98).',)
+    verdict = read(hall(), doubts=said, is_other=True)
     assert verdict.fitness is Fitness.NO_FLOORPLAN
     assert 'look at' not in verdict.reasons[0].next  # nothing was written
-    assert verdict.said_of_file('a.png').startswith('a.png: not a floorplan: No door was found; ')
-    assert read(hall(), doubts=absurd[:1], absurd=absurd[:1]).fitness is Fitness.DOUBTFUL
+    assert verdict.said_of_file('a.png').startswith('a.png: not a floorplan: It seems to show ')
+    assert read(hall(), doubts=said).fitness is Fitness.DOUBTFUL
 
 
 def test_a_written_plan_is_not_read_again_to_be_looked_at(tmp_path):

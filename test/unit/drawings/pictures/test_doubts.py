@@ -134,7 +134,7 @@ def test_the_packaged_model_refuses_other_figures():
     assert 0.0 < model.doubted_from < 1.0
     regression = {'figures': ['size'], 'mean': [0], 'spread': [1], 'weight': [1], 'bias': 0}
     with pytest.raises(WeightsError, match='train-doubts'):
-        model_of({'rooms': regression, 'sheets': regression, 'doubted_from': 0.5})
+        model_of({'rooms': regression, 'sheets': regression, 'others': regression})
 
 
 def test_places_and_reasons_are_those_of_the_rooms_in_doubt(monkeypatch):
@@ -146,6 +146,15 @@ def test_places_and_reasons_are_those_of_the_rooms_in_doubt(monkeypatch):
     doubts = doubts_of(building, CONFIG)
     assert any('at the upper left' in reason for reason in doubts.reasons), doubts
     assert doubts.places[0].box == pytest.approx((23, 23, 117, 97), abs=6)
+
+
+def test_a_picture_of_something_else_is_said_to_be_one(monkeypatch):
+    certain = replace(packaged_doubt_model(), other_from=0.0)
+    assert not doubts_of(found(classes()), CONFIG).is_other
+    monkeypatch.setattr(doubts_module, 'packaged_doubt_model', lambda: certain)
+    doubts = doubts_of(found(classes()), CONFIG)
+    assert doubts.is_other
+    assert 'something else than a floorplan' in doubts.reasons[0]
 
 
 def test_rooms_that_mostly_have_no_door_are_doubted():
