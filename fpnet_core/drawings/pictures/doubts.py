@@ -219,7 +219,8 @@ def doubts_of(found: Found, config: SegmentationConfig) -> Doubts:
     """Return whether to believe a building that was found."""
     rooms = found.segmentation
     if not rooms.rooms:
-        return Doubts(1.0, (f'No room was found: {rooms.reason or "nothing is enclosed"}.',))
+        why = f'No room was found: {rooms.reason or "nothing is enclosed"}.'
+        return Doubts(1.0, (why,), is_other=found.known_factor is None)
     absurd = findings(rooms)
     if found.seen is None:
         return Doubts(0.0, tuple(absurd))
