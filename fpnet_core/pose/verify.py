@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import unwritable
 from fpnet_core.geometry import Placements
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.pose.evidence import MapEvidence
@@ -181,43 +182,35 @@ def _forward_scores(
 ) -> tuple[Array, Array]:
     """Return wall support and free violation (C,) of samples (Pw, 2), (Pf, 2) of the submap."""
     support, violation = np.zeros(len(candidates)), np.zeros(len(candidates))
-    _forward(
-        candidates.linear, candidates.translation, walls, free, plan.wall_likelihood(sigma_m),
-        plan.outside_depth, plan.A_rc_xy, support, violation,
-    )  # fmt: skip
+    fields = plan.wall_likelihood(sigma_m), plan.outside_depth, plan.A_rc_xy
+    values = (candidates.linear, candidates.translation, walls.T, free.T, *fields)
+    _forward(*map(unwritable, values), support, violation)
     return support, violation
 
 
 @numba.njit(cache=True, nogil=True)
-def _forward(
-    linear: Array,
-    translation: Array,
-    walls: Array,
-    free: Array,
-    wall_likelihood: NDArray[np.float32],
-    outside_depth: NDArray[np.float32],
-    A_rc_xy: Array,
-    support: Array,
-    violation: Array,
-) -> None:
+def _forward(  # type: ignore[no-untyped-def]
+    linear, translation, walls, free, wall_likelihood, outside_depth, A_rc_xy, support, violation
+):
+    """Write the scores (C,) of samples (2, Pw), (2, Pf) of the submap."""
     likelihood, depth = wall_likelihood.reshape(-1), outside_depth.reshape(-1)
-    cells = np.empty(max(len(walls), len(free)), np.int32)
-    wall_xy, free_xy = np.ascontiguousarray(walls.T), np.ascontiguousarray(free.T)
+    most_walls, most_free = walls.shape[1], free.shape[1]
+    cells = np.empty(most_walls + most_free, np.int32)
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
-        _cells_of(A, wall_xy[0], wall_xy[1], wall_likelihood.shape, cells)
+        _cells_of(A, walls[0], walls[1], wall_likelihood.shape, cells)
         total = 0.0
-        for k in range(len(walls)):
+        for k in range(most_walls):
             if cells[k] >= 0:
                 total += likelihood[cells[k]]
-        support[c] = total / max(len(walls), 1)
-        _cells_of(A, free_xy[0], free_xy[1], outside_depth.shape, cells)
+        support[c] = total / max(most_walls, 1)
+        _cells_of(A, free[0], free[1], outside_depth.shape, cells)
         outside = 0.0
-        for k in range(len(free)):
+        for k in range(most_free):
             own = depth[cells[k]] if cells[k] >= 0 else OUTSIDE_FULL_M
             share = (own - OUTSIDE_TOLERANCE_M) / (OUTSIDE_FULL_M - OUTSIDE_TOLERANCE_M)
             outside += min(max(share, 0.0), 1.0)
-        violation[c] = outside / max(len(free), 1)
+        violation[c] = outside / max(most_free, 1)
 
 
 @numba.njit(cache=True, nogil=True)
