@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.frozen import unwritable
+from fpnet_core.frozen import each_unwritable
 from fpnet_core.raster.rays import nearest_cell
 
 Array = NDArray[np.float64]
@@ -114,7 +114,8 @@ def cells_under(
     found = np.empty((len(A), len(points)), np.int64)
     shift_cells, patch = shift or (np.zeros((len(A), 1, 2)), np.zeros(len(points), np.int64))
     rows, cols = shape
-    _cells_under(*map(unwritable, (A, points, shift_cells, patch)), rows, cols, found)
+    read = each_unwritable(A, points, shift_cells, patch)
+    _cells_under(*[*read, rows, cols, found])
     return found
 
 

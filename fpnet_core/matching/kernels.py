@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.frozen import unwritable
+from fpnet_core.frozen import each_unwritable
 
 DOOR_RADIUS = 1.1
 """Doors further apart than this, in plan units, do not support a similarity. Chosen."""
@@ -156,8 +156,8 @@ def fit_regions(
     """
     tiles = _within_reach(plan_point, plan_box, plan_door)
     plan, sub = (plan_point, plan_box), (sub_point, sub_box, sub_door)
-    values = map(unwritable, (similarity, weight, *plan, *sub))
-    _fit_regions(*values, *tiles, partner, fit)
+    read = each_unwritable(similarity, weight, *plan, *sub)
+    _fit_regions(*[*read, *tiles, partner, fit])
 
 
 @numba.njit(cache=True, nogil=True)

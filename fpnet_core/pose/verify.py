@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.frozen import unwritable
+from fpnet_core.frozen import each_unwritable
 from fpnet_core.geometry import Placements
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.pose.evidence import MapEvidence
@@ -183,8 +183,8 @@ def _forward_scores(
     """Return wall support and free violation (C,) of samples (Pw, 2), (Pf, 2) of the submap."""
     support, violation = np.zeros(len(candidates)), np.zeros(len(candidates))
     fields = plan.wall_likelihood(sigma_m), plan.outside_depth, plan.A_rc_xy
-    values = (candidates.linear, candidates.translation, walls.T, free.T, *fields)
-    _forward(*map(unwritable, values), support, violation)
+    read = (candidates.linear, candidates.translation, walls.T, free.T, *fields)
+    _forward(*[*each_unwritable(*read), support, violation])
     return support, violation
 
 
