@@ -87,9 +87,9 @@ def propose_similarities(
                     if abs(scale) > log_window:
                         continue
                     yaw = np.arctan2(y, x) - sub_yaw
-                    if sub_door[j] and not _aligned(plan_angle[i], sub_angle[j], yaw):
-                        continue
-                    if sub_door[m] and not _aligned(plan_angle[k], sub_angle[m], yaw):
+                    turn = abs(np.sin(plan_angle[i] - sub_angle[j] - yaw)) if sub_door[j] else 0.0
+                    other = abs(np.sin(plan_angle[k] - sub_angle[m] - yaw)) if sub_door[m] else 0.0
+                    if turn >= DOOR_TURN_SIN or other >= DOOR_TURN_SIN:
                         continue
                     a, b = np.exp(scale) * np.cos(yaw), np.exp(scale) * np.sin(yaw)
                     found[count, 0], found[count, 1] = a, b
@@ -98,11 +98,6 @@ def propose_similarities(
                     found[count, 4] = log_p[i, j] + log_p[k, m]
                     count += 1
     return found[:count]
-
-
-@numba.njit(cache=True, nogil=True)
-def _aligned(plan_angle: float, sub_angle: float, yaw: float) -> bool:
-    return bool(abs(np.sin(plan_angle - sub_angle - yaw)) < DOOR_TURN_SIN)
 
 
 @numba.njit(cache=True, nogil=True)
