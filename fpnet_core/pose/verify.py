@@ -240,6 +240,6 @@ def _cells_of(A, xy, begin, end, shape, cells):  # type: ignore[no-untyped-def]
 def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
     """Affine (C, 2, 3) from source metres to raster indices of the target."""
     columns = np.concatenate([linear, translation[..., None]], axis=2)
-    A = A_rc_xy[:, :1] * columns[:, None, 0] + A_rc_xy[:, 1:2] * columns[:, None, 1]
+    A: Array = A_rc_xy[:, :1] * columns[:, None, 0] + A_rc_xy[:, 1:2] * columns[:, None, 1]
     A[..., 2] += A_rc_xy[:, 2]
     return A
