@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 #   make demo    set up, then localise a simulated robot on a floorplan; results in out/demo
-#   make test    set up, then lint and run all tests
+#   make test    set up, then lint, build the documentation and run the tests
+#   make test-all   that, and what needs a stage of its own: wheels, browser, notebook, tutorial
 #   make test-oldest   run the quick tests with the oldest libraries, those of Ubuntu 24.04
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff and mypy
@@ -14,7 +15,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-oldest lint walkthrough docs wheels release clean distclean
+.PHONY: help setup demo test test-all test-oldest kernels lint walkthrough docs wheels release clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -31,9 +32,11 @@ ifneq ($(origin TORCH_INDEX_URL),undefined)
 export TORCH_INDEX_URL
 endif
 
-# Fast tests first; two at a time, but for those that have the machine to themselves.
+# Fast tests first, two at a time. Of the long ones three, as live nodes wait much of their time;
+# those that are alone have the machine to themselves.
 QUICK := $(wildcard test/unit test/property test/architecture test/adapters)
 LONG := $(wildcard test/integration test/ros test/real)
+APART := $(wildcard test/integration test/unit/report)
 DEMO_ARGS ?=
 
 help:
@@ -66,11 +69,23 @@ wheels: $(STAMP)
 release: $(STAMP)
 	$(BIN)/python tools/release.py $(VERSION)
 
+# Compiled once, beside what needs one processor only, and not by each worker of the tests.
+kernels: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -c 'from fpnet_core.config import FpnetConfig; \
+	  from fpnet_core.localizer import create_localizer; \
+	  from fpnet_core.localizer.warm_up import warm_up; \
+	  warm_up(create_localizer(FpnetConfig()))'
+
 # The quick tests alone must reach the floor of coverage that pyproject.toml sets.
-test: lint docs
-	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov --cov-report= $(QUICK)
-	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --durations=10 -m 'not alone' $(LONG)
+test: $(STAMP)
+	$(MAKE) --no-print-directory --output-sync -j2 kernels lint docs
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal --cov --cov-report= -m 'not apart' $(QUICK)
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=10 \
+	  -m 'not alone and not apart' $(LONG)
 	$(BIN)/pytest -m alone $(wildcard test/ros)
+
+test-all: test
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile -m apart $(APART)
 
 # A copy of the environment by links, with other versions in it. What the linters and the
 # documentation need is of no use there, so that their complaints about versions are not heard.
@@ -79,7 +94,7 @@ test-oldest: $(STAMP)
 	rm -rf $(OLDEST) && mkdir -p build && cp -al .venv/. $(OLDEST)
 	$(OLDEST)/bin/python -m pip install -qq --no-input -r requirements-ubuntu-24.04.txt
 	OMP_NUM_THREADS=1 NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba-oldest \
-	  $(OLDEST)/bin/python -m pytest -n 2 $(QUICK)
+	  $(OLDEST)/bin/python -m pytest -n 2 --dist worksteal $(QUICK)
 
 clean:
 	rm -rf build install log out *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*

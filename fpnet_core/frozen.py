@@ -55,6 +55,11 @@ def unwritable(values: NDArray[Scalar]) -> NDArray[Scalar]:
     return view
 
 
+def each_unwritable(*arrays: NDArray[Any]) -> list[NDArray[Any]]:
+    """Return :func:`unwritable` of each."""
+    return [unwritable(array) for array in arrays]
+
+
 def freeze_field(owner: object, name: str, dtype: Any, shape: Shape) -> None:
     """Replace a field of a frozen dataclass by :func:`frozen_array` of it."""
     what = f'{type(owner).__name__}.{name}'

@@ -9,7 +9,6 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
-import numpy as np
 from planted import A_BUILDING_PLAN
 from planted_drive import drive, recorded
 from rcl_interfaces.srv import SetParameters
@@ -50,7 +49,7 @@ class Robot:
         self.initial_pose = node.create_publisher(
             PoseWithCovarianceStamped, f'{NAMESPACE}/initialpose', STREAM
         )
-        self.restart_odometry()
+        self._odometry = node.create_publisher(Odometry, f'{NAMESPACE}/kiss/odometry', STREAM)
         topics = {
             'statuses': (DiagnosticStatus, f'{NODE}/status', STATUS),
             'diagnostics': (DiagnosticArray, '/diagnostics', STREAM),
@@ -100,13 +99,6 @@ class Robot:
             },
         )
 
-    def restart_odometry(self) -> None:
-        node = self.bench.node
-        if hasattr(self, '_odometry'):
-            node.destroy_publisher(self._odometry)
-        self._odometry = node.create_publisher(Odometry, f'{NAMESPACE}/kiss/odometry', STREAM)
-        self.T_new_old = np.eye(4)
-
     def is_heard(self) -> bool:
         publishers = (self._clouds, self._odometry, self._clock, self._floorplans)
         return all(publisher.get_subscription_count() for publisher in publishers)
@@ -134,7 +126,6 @@ class Robot:
         """One scan further, and one tick of the clock."""
         self.index += 1
         points, T_odom_sensor, _ = recorded()[self.position(self.now_ns)]
-        T_odom_sensor = self.T_new_old @ T_odom_sensor
         self._clock.publish(Clock(clock=stamp_to_msg(self.now_ns)))
         self._odometry.publish(odometry_to_msg(T_odom_sensor, self.now_ns, 'odom', 'lidar'))
         self._clouds.publish(cloud_to_msg(points, self.now_ns, 'lidar'))

@@ -24,11 +24,13 @@ def voxel_means(points: NDArray[np.float64], size_m: float) -> NDArray[np.float6
     number = np.floor(points / size_m).astype(np.int64) + (1 << (_BITS - 1))
     key = number[:, 0] << 2 * _BITS | number[:, 1] << _BITS | number[:, 2]
     # Twice as many places as points, so that few have to look further.
-    return _means(points, key, max(1, int(2 * len(points) - 1).bit_length()))
+    total, count = _sums(points, key, max(1, int(2 * len(points) - 1).bit_length()))
+    return np.asarray(total / count[:, None])
 
 
 @numba.njit(cache=True, nogil=True)
-def _means(points: NDArray[np.float64], key: NDArray[np.int64], bits: int) -> NDArray[np.float64]:
+def _sums(points, key, bits):  # type: ignore[no-untyped-def]
+    """Return the sums of points (V, 3) in each voxel, and how many there are (V,)."""
     place_of = np.full(1 << bits, -1, dtype=np.int64)
     key_of = np.empty(len(key), dtype=np.int64)
     total, count = np.zeros((len(key), 3)), np.zeros(len(key))
@@ -44,4 +46,4 @@ def _means(points: NDArray[np.float64], key: NDArray[np.int64], bits: int) -> ND
         for axis in range(3):  # a sum of slices takes twice as long
             total[voxel, axis] += points[i, axis]
         count[voxel] += 1.0
-    return total[:found] / count[:found].reshape(-1, 1)
+    return total[:found], count[:found]

@@ -10,17 +10,19 @@ samples of the plan, ``B`` patches of the submap, ``S`` local shifts that are tr
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import each_unwritable
 from fpnet_core.raster.rays import nearest_cell
 
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Ints = NDArray[np.int64]
+Scalar = TypeVar('Scalar', bound=np.generic)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -100,47 +102,49 @@ def smooth_shifts(
     return chosen
 
 
-@numba.njit(cache=True, nogil=True)
-def wall_distances(
-    A: Array, walls: Array, patch: Ints, shift_cells: Array, distance: Floats, beyond: float
-) -> tuple[Floats, Ints]:
+def cells_under(
+    A: Array, points: Array, shape: tuple[int, ...], shift: tuple[Array, Ints] | None = None
+) -> Ints:
     """
-    Distance of each wall sample to the nearest drawn wall, ``(C, P) float32``, and its cell.
+    Return the cell under every placed point ``(C, P)``, a flat index of a raster, -1 off it.
 
-    ``shift_cells (C, B, 2)`` moves each patch first. The cell ``(C, P)`` is a flat index of
-    ``distance``, -1 outside of it.
+    A ``shift`` says by how many cells patches of points move first, ``(C, B, 2)``, and of which
+    patch each point is, ``(P,)``.
     """
-    rows, cols = distance.shape
-    found = np.full((len(A), len(walls)), np.float32(beyond))
-    cell = np.full((len(A), len(walls)), -1, dtype=np.int64)
-    for c in range(len(A)):
-        for k in range(len(walls)):
-            x, y, b = walls[k, 0], walls[k, 1], patch[k]
-            down, along = shift_cells[c, b, 0], shift_cells[c, b, 1]
-            row = int(np.floor(A[c, 0, 0] * x + A[c, 0, 1] * y + A[c, 0, 2] + down + 0.5))
-            col = int(np.floor(A[c, 1, 0] * x + A[c, 1, 1] * y + A[c, 1, 2] + along + 0.5))
-            if 0 <= row < rows and 0 <= col < cols:
-                found[c, k] = distance[row, col]
-                cell[c, k] = row * cols + col
-    return found, cell
-
-
-@numba.njit(cache=True, nogil=True)
-def look_up(A: Array, points: Array, raster: NDArray[Any], beyond: Any) -> NDArray[Any]:
-    """Return ``raster`` under every placed point, ``(C, F)``, ``beyond`` outside of it."""
-    rows, cols = raster.shape
-    found = np.empty((len(A), len(points)), dtype=raster.dtype)
-    found[:] = beyond
-    for c in range(len(A)):
-        to_cell = A[c]
-        for k in range(len(points)):
-            row, col = nearest_cell(to_cell, points[k, 0], points[k, 1])
-            if 0 <= row < rows and 0 <= col < cols:
-                found[c, k] = raster[row, col]
+    found = np.empty((len(A), len(points)), np.int64)
+    shift_cells, patch = shift or (np.zeros((len(A), 1, 2)), np.zeros(len(points), np.int64))
+    rows, cols = shape
+    read = each_unwritable(A, points, shift_cells, patch)
+    _cells_under(*[*read, rows, cols, found])
     return found
 
 
 @numba.njit(cache=True, nogil=True)
+def _cells_under(A, points, shift, patch, rows, cols, found):  # type: ignore[no-untyped-def]
+    """Write what :func:`cells_under` returns."""
+    for c in range(len(A)):
+        to_cell = A[c]
+        for k in range(len(points)):
+            x, y, b = points[k, 0], points[k, 1], patch[k]
+            row = to_cell[0, 0] * x + to_cell[0, 1] * y + to_cell[0, 2] + shift[c, b, 0]
+            col = to_cell[1, 0] * x + to_cell[1, 1] * y + to_cell[1, 2] + shift[c, b, 1]
+            r, q = np.int64(np.floor(row + 0.5)), np.int64(np.floor(col + 0.5))
+            is_on = r >= 0 and q >= 0 and r < rows and q < cols
+            found[c, k] = r * cols + q if is_on else -1
+
+
+def look_up(A: Array, points: Array, raster: NDArray[Scalar], beyond: Any) -> NDArray[Scalar]:
+    """Return ``raster`` under every placed point, ``(C, F)``, ``beyond`` outside of it."""
+    return looked_up(cells_under(A, points, raster.shape), raster, beyond)
+
+
+def looked_up(cell: Ints, raster: NDArray[Scalar], beyond: Any) -> NDArray[Scalar]:
+    """Return ``raster`` at flat indices of it (...), ``beyond`` where they are negative."""
+    found = raster.reshape(-1)[cell]
+    found[cell < 0] = beyond
+    return found
+
+
 def drawn_walls(
     A: Array,
     walls: Array,
@@ -161,59 +165,30 @@ def drawn_walls(
     Histograms ``(C, 1 + len(edges_m))`` of the distance from each drawn wall inside the observed
     area to the nearest seen one, without and with the shifts.
     """
-    rows, cols = distance.shape
-    bins = len(edges_m) + 1
-    plain, shifted = np.zeros((len(A), bins)), np.zeros((len(A), bins))
-    for c in range(len(A)):
-        to_cell = A[c]
-        for k in range(len(walls)):
-            row, col = nearest_cell(to_cell, walls[k, 0], walls[k, 1])
-            if not (0 <= row < rows and 0 <= col < cols and observed[row, col]):
-                continue
-            d, b = distance[row, col], patch_of[row, col]
-            plain[c, _bin_of(d, edges_m)] += 1.0
-            r = int(np.floor(row + shift_cells[c, b, 0] + 0.5))
-            q = int(np.floor(col + shift_cells[c, b, 1] + 0.5))
-            if 0 <= r < rows and 0 <= q < cols:
-                d = distance[r, q]
-            shifted[c, _bin_of(d, edges_m)] += 1.0
+    placed = cells_under(A, walls, distance.shape)
+    which, point = np.nonzero(looked_up(placed, observed, False))
+    cell = placed[which, point]
+    rc = np.stack(np.divmod(cell, distance.shape[1]), axis=1)
+    there = np.floor(rc + shift_cells[which, patch_of.reshape(-1)[cell]] + 0.5).astype(np.int64)
+    is_on = ((there >= 0) & (there < distance.shape)).all(axis=1)
+    moved = np.where(is_on, there[:, 0] * distance.shape[1] + there[:, 1], cell)
+    bins, flat = len(edges_m) + 1, distance.reshape(-1)
+    plain, shifted = (
+        np.bincount(
+            which * bins + np.searchsorted(edges_m, flat[at]), minlength=len(A) * bins
+        ).reshape(-1, bins).astype(np.float64)
+        for at in (cell, moved)
+    )  # fmt: skip
     return plain, shifted
 
 
-@numba.njit(nogil=True, inline='always')
-def _bin_of(value: float, edges: Array) -> int:
-    """Count the few ``edges`` below ``value``."""
-    place = 0
-    for edge in edges:
-        place += int(edge < value)
-    return place
-
-
-@numba.njit(cache=True, nogil=True)
-def lengths_between(placed: Array, drawn: Array) -> Array:
-    """Return how far points ``placed (C, D, 2)`` are from ``drawn (E, 2)``, ``(C, D, E)``."""
-    found = np.empty((placed.shape[0], placed.shape[1], len(drawn)))
-    for c in range(placed.shape[0]):
-        for d in range(placed.shape[1]):
-            for e in range(len(drawn)):
-                x, y = placed[c, d, 0] - drawn[e, 0], placed[c, d, 1] - drawn[e, 1]
-                found[c, d, e] = np.sqrt(x * x + y * y)
-    return found
-
-
-@numba.njit(cache=True, nogil=True)
-def room_overlap(
-    labels: NDArray[np.int32], rooms: Ints, sub_count: int, plan_count: int
-) -> NDArray[np.float32]:
+def room_overlap(labels: NDArray[np.int32], rooms: Ints, sub_count: int, plan_count: int) -> Ints:
     """Count the free samples of each pair of rooms, ``(C, sub_count, plan_count)``; 0 is none."""
-    counts = np.zeros((len(labels), sub_count, plan_count), dtype=np.float32)
-    for c in range(len(labels)):
-        for k in range(len(rooms)):
-            counts[c, rooms[k], labels[c, k]] += 1.0
-    return counts
+    shape = len(labels), sub_count, plan_count
+    pair = (np.arange(len(labels))[:, None] * sub_count + rooms) * plan_count + labels
+    return np.bincount(pair.ravel(), minlength=int(np.prod(shape))).reshape(shape)
 
 
-@numba.njit(cache=True, nogil=True)
 def contested(likelihood: Floats) -> tuple[Array, Array]:
     """
     Compare all placements by pairs, where they disagree.
@@ -221,17 +196,9 @@ def contested(likelihood: Floats) -> tuple[Array, Array]:
     ``likelihood (C, P)`` is each placement's for each wall sample. Returns ``net (C, C)``, the sum
     of differences [k, j], and ``total (C, C)``, the sum of their magnitudes.
     """
-    count, points = likelihood.shape
-    net, total = np.zeros((count, count)), np.zeros((count, count))
-    for k in range(count):
-        for j in range(k):
-            gain, loss = 0.0, 0.0
-            for p in range(points):
-                d = likelihood[k, p] - likelihood[j, p]
-                if d > 0.0:
-                    gain += d
-                else:
-                    loss -= d
-            net[k, j], net[j, k] = gain - loss, loss - gain
-            total[k, j] = total[j, k] = gain + loss
-    return net, total
+    net, total = np.zeros((2, len(likelihood), len(likelihood)))
+    for k, own in enumerate(likelihood):
+        apart = own - likelihood[:k]
+        net[k, :k] = apart.sum(axis=1, dtype=np.float64)
+        total[k, :k] = np.abs(apart).sum(axis=1, dtype=np.float64)
+    return net - net.T, total + total.T

@@ -94,7 +94,8 @@ def _share(part: Array, whole: Array) -> Array:
 
 def _doors_apart(plan: MapSide, sub: MapSide, placements: Placements) -> Array:
     """Distances [m] of every seen door from every drawn one, ``(C, doors, drawn doors)``."""
-    return kernels.lengths_between(placements.apply(sub.door_points), plan.door_points)
+    apart = placements.apply(sub.door_points)[:, :, None] - plan.door_points
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))
 
 
 def _doors(plan: MapSide, sub: MapSide, looked: LookedAt, apart: Array) -> Figures:

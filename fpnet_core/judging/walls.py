@@ -83,12 +83,9 @@ def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> Look
     back = -np.einsum('cij,cj->ci', inverse, placements.translation)
     bent = deform(plan, to_plan, walls, patches)
     field = plan.wall_distance
-    distance, cell = kernels.wall_distances(
-        to_plan, walls, patches.of_wall, np.zeros_like(bent.shift_cells), field, BEYOND_M
-    )
-    bent_distance, _ = kernels.wall_distances(
-        to_plan, walls, patches.of_wall, bent.shift_cells, field, BEYOND_M
-    )
+    cell = kernels.cells_under(to_plan, walls, field.shape)
+    moved = kernels.cells_under(to_plan, walls, field.shape, (bent.shift_cells, patches.of_wall))
+    distance, bent_distance = (kernels.looked_up(under, field, _BEYOND) for under in (cell, moved))
     straight, normal = sub.straightness_at(_cells_under(sub, walls))
     return LookedAt(
         walls=walls,

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 from fpnet_core.geometry import Placements, rotation
+from fpnet_core.raster.windows import cells_of
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 
 # Chosen, not measured:
@@ -71,17 +71,12 @@ class _Upright:
         return _Upright(ends.min(axis=0), known, walls)
 
 
-@numba.njit(cache=True, nogil=True)
 def _spread(cells: NDArray[np.int8], A: Array, planes: NDArray[np.bool_]) -> None:
     """Mark which coarse cells hold a known one, and a wall: ``A (2, 3)`` is x, y of (r, c, 1)."""
-    for r in range(cells.shape[0]):
-        for c in range(cells.shape[1]):
-            if cells[r, c] != UNKNOWN:
-                x = int(A[0, 0] * r + A[0, 1] * c + A[0, 2])
-                y = int(A[1, 0] * r + A[1, 1] * c + A[1, 2])
-                planes[0, y, x] = True
-                if cells[r, c] == OCCUPIED:
-                    planes[1, y, x] = True
+    for plane, mask in zip(planes, (cells != UNKNOWN, cells == OCCUPIED), strict=True):
+        r, c = cells_of(mask).T
+        x, y = (each[0] * r + each[1] * c + each[2] for each in A)
+        plane[y.astype(np.int64), x.astype(np.int64)] = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ a submap shows hardly more than one room, its corners and doorways say more.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,24 +45,15 @@ def anchored(
     return np.ascontiguousarray(found)
 
 
-@numba.njit(cache=True, nogil=True)
 def _by_doors(plan_box: Array, box: Array, log_window: float) -> Array:
     """Return the similarities that lay a doorway's line ``(5,)`` on those of ``(D, 5)``."""
-    found = np.empty((4 * len(plan_box), 4))
-    count = 0
-    for i in range(len(plan_box)):
-        for way in range(2):
-            for by_width in range(2):
-                log_scale = by_width * np.log(plan_box[i, 2] / box[2])
-                if abs(log_scale) > log_window or (by_width and abs(log_scale) < _SAME_SCALE):
-                    continue
-                yaw = plan_box[i, 4] - box[4] + way * np.pi
-                _put(found[count], np.exp(log_scale), yaw, box[:2], plan_box[i, :2])
-                count += 1
-    return found[:count]
+    log_scale = np.log(plan_box[:, 2] / box[2])[:, None] * (0.0, 1.0)  # doorway, by width
+    yaw = (plan_box[:, 4] - box[4])[:, None] + (0.0, np.pi)  # doorway, way
+    found = _placed(log_scale[:, None], yaw[:, :, None], box[:2], plan_box[:, None, None, :2])
+    is_tried = np.broadcast_to(_is_tried(log_scale, log_window)[:, None], found.shape[:-1])
+    return found[is_tried]
 
 
-@numba.njit(cache=True, nogil=True)
 def _by_corners(
     likely: NDArray[np.int64],
     j: int,
@@ -74,30 +64,32 @@ def _by_corners(
     log_window: float,
 ) -> Array:
     """Return the similarities that lay corners of room ``j`` on corners of its partners."""
-    found = np.empty((48 * len(likely), 4))
-    count = 0
-    for i in likely:
-        for turn in range(4):
-            yaw = plan_box[i, 4] - sub_box[j, 4] + turn * np.pi / 2.0
-            for by_side in range(3):
-                log_scale = 0.0
-                if by_side:
-                    own = 2 + (turn + by_side - 1) % 2
-                    log_scale = np.log(plan_box[i, 1 + by_side] / sub_box[j, own])
-                if abs(log_scale) > log_window or (by_side and abs(log_scale) < _SAME_SCALE):
-                    continue
-                for corner in range(4):
-                    # Corners go round counter-clockwise, and turning the room moves them on.
-                    source = sub_corners[j, (corner - turn) % 4]
-                    _put(found[count], np.exp(log_scale), yaw, source, plan_corners[i, corner])
-                    count += 1
-    return found[:count]
+    turn = np.arange(4)
+    plan, corner = plan_box[likely], np.arange(4)
+    yaw = (plan[:, 4] - sub_box[j, 4])[:, None] + turn * np.pi / 2.0  # partner, turn
+    # By the scale of the units, or by either side: a quarter turn exchanges those of the submap.
+    own = sub_box[j, 2 + (turn[:, None] + np.arange(2)) % 2]
+    log_scale = np.concatenate(
+        [np.zeros((len(likely), 4, 1)), np.log(plan[:, None, 2:4] / own)], axis=2
+    )  # partner, turn, by side
+    # Corners go round counter-clockwise, and turning the room moves them on.
+    source = sub_corners[j, (corner - turn[:, None]) % 4][:, None]  # turn, -, corner
+    target = plan_corners[likely][:, None, None]
+    found = _placed(log_scale[..., None], yaw[:, :, None, None], source, target)
+    return found[_is_tried(log_scale, log_window)].reshape(-1, 4)
 
 
-@numba.njit(cache=True, nogil=True)
-def _put(row: Array, scale: float, yaw: float, source: Array, target: Array) -> None:
-    """Write the similarity of this scale and turn that takes ``source`` to ``target``."""
+def _is_tried(log_scale: Array, log_window: float) -> NDArray[np.bool_]:
+    """Tell which scales (..., S) are tried; the first is that of the units, 0."""
+    is_other = np.abs(log_scale) >= _SAME_SCALE
+    is_other[..., 0] = True
+    return np.asarray(is_other & (np.abs(log_scale) <= log_window))
+
+
+def _placed(log_scale: Array, yaw: Array, source: Array, target: Array) -> Array:
+    """Return the similarities (..., 4) of scale and turn that take ``source`` to ``target``."""
+    scale = np.exp(log_scale)
     a, b = scale * np.cos(yaw), scale * np.sin(yaw)
-    row[0], row[1] = a, b
-    row[2] = target[0] - a * source[0] + b * source[1]
-    row[3] = target[1] - b * source[0] - a * source[1]
+    x = target[..., 0] - a * source[..., 0] + b * source[..., 1]
+    y = target[..., 1] - b * source[..., 0] - a * source[..., 1]
+    return np.stack(np.broadcast_arrays(a, b, x, y), axis=-1)

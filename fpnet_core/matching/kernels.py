@@ -13,6 +13,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import each_unwritable
+
 DOOR_RADIUS = 1.1
 """Doors further apart than this, in plan units, do not support a similarity. Chosen."""
 
@@ -29,28 +31,16 @@ _TILE = 3.0  # numerical: plan units; side of tiles in which partners are looked
 _SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost; chosen
 
 
-@numba.njit(cache=True, nogil=True)
 def nearest_regions(point: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """
     Return which ``count < N`` of ``point (N, 2)`` lie nearest to each, nearest first.
 
     Indices ``(N, count)``; of equally far ones the first comes first.
     """
-    nearest = np.empty((len(point), count), dtype=np.int64)
-    distance = np.empty(count)
-    for j in range(len(point)):
-        distance[:] = np.inf
-        for m in range(len(point)):
-            x, y = point[j, 0] - point[m, 0], point[j, 1] - point[m, 1]
-            own = np.sqrt(x * x + y * y)
-            if m == j or (count and own >= distance[count - 1]):
-                continue
-            place = count - 1
-            while place > 0 and own < distance[place - 1]:
-                distance[place], nearest[j, place] = distance[place - 1], nearest[j, place - 1]
-                place -= 1
-            distance[place], nearest[j, place] = own, m
-    return nearest
+    x, y = (point[:, None] - point).transpose(2, 0, 1)
+    distance = np.sqrt(x * x + y * y)
+    np.fill_diagonal(distance, np.inf)
+    return np.ascontiguousarray(np.argsort(distance, axis=1, kind='stable')[:, :count])
 
 
 @numba.njit(cache=True, nogil=True)
@@ -97,9 +87,9 @@ def propose_similarities(
                     if abs(scale) > log_window:
                         continue
                     yaw = np.arctan2(y, x) - sub_yaw
-                    if sub_door[j] and not _aligned(plan_angle[i], sub_angle[j], yaw):
-                        continue
-                    if sub_door[m] and not _aligned(plan_angle[k], sub_angle[m], yaw):
+                    turn = abs(np.sin(plan_angle[i] - sub_angle[j] - yaw)) if sub_door[j] else 0.0
+                    other = abs(np.sin(plan_angle[k] - sub_angle[m] - yaw)) if sub_door[m] else 0.0
+                    if turn >= DOOR_TURN_SIN or other >= DOOR_TURN_SIN:
                         continue
                     a, b = np.exp(scale) * np.cos(yaw), np.exp(scale) * np.sin(yaw)
                     found[count, 0], found[count, 1] = a, b
@@ -108,11 +98,6 @@ def propose_similarities(
                     found[count, 4] = log_p[i, j] + log_p[k, m]
                     count += 1
     return found[:count]
-
-
-@numba.njit(cache=True, nogil=True)
-def _aligned(plan_angle: float, sub_angle: float, yaw: float) -> bool:
-    return bool(abs(np.sin(plan_angle - sub_angle - yaw)) < DOOR_TURN_SIN)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -145,7 +130,6 @@ def _room_fit(
     return float(near * larger * (0.5 + 0.5 * smaller))
 
 
-@numba.njit(cache=True, nogil=True)
 def fit_regions(
     similarity: NDArray[np.float64],
     weight: NDArray[np.float64],
@@ -165,8 +149,19 @@ def fit_regions(
     among plan regions of the same label the one with the greatest fit times
     ``weight (M, N)`` wins.
     """
+    tiles = _within_reach(plan_point, plan_box, plan_door)
+    plan, sub = (plan_point, plan_box), (sub_point, sub_box, sub_door)
+    read = each_unwritable(similarity, weight, *plan, *sub)
+    _fit_regions(*[*read, *tiles, partner, fit])
+
+
+@numba.njit(cache=True, nogil=True)
+def _fit_regions(  # type: ignore[no-untyped-def]
+    similarity, weight, plan_point, plan_box, sub_point, sub_box, sub_door, low, across, starts,
+    near, partner, fit,
+):  # fmt: skip
+    """Carry out :func:`fit_regions`, given the :func:`_within_reach` of the plan's tiles."""
     cos, sin = np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])
-    low, across, starts, near = _within_reach(plan_point, plan_box, plan_door)
     down = len(starts) // (2 * across)
     for c in range(similarity.shape[0]):
         a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
@@ -202,7 +197,6 @@ def fit_regions(
             partner[c, j], fit[c, j] = best_index, best_fit
 
 
-@numba.njit(cache=True, nogil=True)
 def _within_reach(
     point: NDArray[np.float64], box: NDArray[np.float64], is_door: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], int, NDArray[np.int64], NDArray[np.int64]]:
@@ -212,44 +206,22 @@ def _within_reach(
     The tiles' lower corner (2,), how many lie side by side, and regions: those of a tile are
     ``near[starts[k]:starts[k + 1]]``, in their order; rooms of tile t at ``k = 2 t``, doors next.
     """
-    reach = _reaches(point, box, is_door)
-    low = np.array([reach[:, 0].min(), reach[:, 1].min()])
-    across = int((reach[:, 2].max() - low[0]) / _TILE) + 1
-    down = int((reach[:, 3].max() - low[1]) / _TILE) + 1
-    tiles = np.empty(reach.shape, dtype=np.int64)
-    for k in range(4):
-        tiles[:, k] = (reach[:, k] - low[k % 2]) / _TILE
-    starts = np.zeros(2 * across * down + 1, dtype=np.int64)
-    for i in range(len(box)):
-        for v in range(tiles[i, 1], tiles[i, 3] + 1):
-            for u in range(tiles[i, 0], tiles[i, 2] + 1):
-                starts[2 * (v * across + u) + is_door[i] + 1] += 1
-    starts = np.cumsum(starts)
-    near, filled = np.empty(starts[-1], dtype=np.int64), starts.copy()
-    for i in range(len(box)):
-        for v in range(tiles[i, 1], tiles[i, 3] + 1):
-            for u in range(tiles[i, 0], tiles[i, 2] + 1):
-                k = 2 * (v * across + u) + is_door[i]
-                near[filled[k]] = i
-                filled[k] += 1
-    return low, across, starts, near
-
-
-@numba.njit(cache=True, nogil=True)
-def _reaches(
-    point: NDArray[np.float64], box: NDArray[np.float64], is_door: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Return lowest x and y and highest x and y ``(R, 4)`` at which something fits each region."""
-    reach = np.empty((len(box), 4))
-    for i in range(len(box)):
-        cos, sin = abs(np.cos(box[i, 4])), abs(np.sin(box[i, 4]))
-        x, y = box[i, 0], box[i, 1]
-        wide = cos * box[i, 2] + sin * box[i, 3] + ROOM_MARGIN
-        high = sin * box[i, 2] + cos * box[i, 3] + ROOM_MARGIN
-        if is_door[i]:
-            x, y, wide, high = point[i, 0], point[i, 1], DOOR_RADIUS, DOOR_RADIUS
-        reach[i, 0], reach[i, 1], reach[i, 2], reach[i, 3] = x - wide, y - high, x + wide, y + high
-    return reach
+    cos, sin = np.abs(np.cos(box[:, 4])), np.abs(np.sin(box[:, 4]))
+    long, short = box[:, 2], box[:, 3]
+    half = np.stack([cos * long + sin * short, sin * long + cos * short], axis=1) + ROOM_MARGIN
+    middle = np.where(is_door[:, None], point, box[:, :2])
+    half = np.where(is_door[:, None], DOOR_RADIUS, half)
+    low = (middle - half).min(axis=0)
+    first, last = (((middle + by * half - low) / _TILE).astype(np.int64) for by in (-1.0, 1.0))
+    across, down = (last.max(axis=0) + 1).tolist()
+    wide, high = (last - first + 1).T
+    count = wide * high
+    region = np.repeat(np.arange(len(box)), count)
+    v, u = np.divmod(np.arange(len(region)) - (np.cumsum(count) - count)[region], wide[region])
+    tile = (first[region, 1] + v) * across + first[region, 0] + u
+    key = 2 * tile + is_door[region]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(key, minlength=2 * across * down))])
+    return low, across, starts, region[np.argsort(key, kind='stable')]
 
 
 @numba.njit(cache=True, nogil=True)

@@ -187,17 +187,10 @@ def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDA
     return floor, room[row, column].astype(np.int64)
 
 
-@numba.njit(cache=True, nogil=True)
 def _away_from(point: Array, middle: Array, reach: Array) -> NDArray[np.bool_]:
     """Tell which ``point (P, 2)`` lies within ``reach (D,)`` of none of ``middle (D, 2)``."""
-    away = np.ones(len(point), dtype=np.bool_)
-    for k in range(len(point)):
-        for d in range(len(middle)):
-            x, y = point[k, 0] - middle[d, 0], point[k, 1] - middle[d, 1]
-            if x * x + y * y < reach[d] * reach[d]:
-                away[k] = False
-                break
-    return away
+    x, y = (point[:, None] - middle).transpose(2, 0, 1)
+    return np.asarray((x * x + y * y >= reach * reach).all(axis=1))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -20,6 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import unwritable
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 
@@ -95,140 +96,131 @@ def refine(
     -------
     As many placements in the same order, with covariances and not yet scored.
     """
-    step = max(1, -(-len(walls) // effort.max_points))
-    points = np.ascontiguousarray(walls[::step])
-    widths = np.array(effort.widths_m)
-    linear, translation = candidates.linear.copy(), candidates.translation.copy()
-    cov = np.zeros((len(linear), 3, 3))
-    if len(points):
-        known = np.zeros((2, 2)) if freedom.stretch is None else np.array(freedom.stretch)
-        _align(
-            linear, translation, cov, known, np.array(freedom.scales), points,
-            plan.wall_distance, plan.A_rc_xy, widths, _STEPS_PER_WIDTH, freedom.strain_sigma,
-            _POINT_SIGMA_M,
-        )  # fmt: skip
-    return Placements(linear, translation, cov=cov)
+    points = np.ascontiguousarray(walls[:: max(1, -(-len(walls) // effort.max_points))])
+    if not len(points):
+        cov = np.zeros((len(candidates), 3, 3))
+        return Placements(candidates.linear, candidates.translation, cov=cov)
+    mid = points.mean(axis=0)
+    start, strain = _split_strain(candidates.linear, freedom.stretch)
+    bounds = np.array(freedom.scales) / np.sqrt(np.abs(np.linalg.det(start)))[:, None]
+    centre = candidates.linear @ mid + candidates.translation
+    params = np.zeros(
+        (len(candidates), 6)
+    )  # dx, dy of the centre [m], rotation [rad], exx, eyy, exy
+    params[:, 3:] = strain
+    H = np.tile(np.eye(6), (len(params), 1, 1))
+    _align(
+        params, H, start, centre, bounds, STRAIN_LIMIT * freedom.strain_sigma,
+        np.ascontiguousarray((points - mid).T), unwritable(plan.wall_distance),
+        unwritable(plan.A_rc_xy), np.repeat(effort.widths_m, _STEPS_PER_WIDTH),
+        (_POINT_SIGMA_M / freedom.strain_sigma) ** 2,
+    )  # fmt: skip
+    linear = _strained(params, start)
+    lever = linear @ mid
+    # The covariance of x, y and yaw, moved from the samples' middle to the submap's origin.
+    moved = np.tile(np.eye(3), (len(params), 1, 1))
+    moved[:, 0, 2], moved[:, 1, 2] = lever[:, 1], -lever[:, 0]
+    cov = moved @ (_POINT_SIGMA_M**2 * np.linalg.inv(H)[:, :3, :3]) @ moved.swapaxes(1, 2)
+    return Placements(linear, centre + params[:, :2] - lever, cov=cov)
 
 
-@numba.njit(cache=True, nogil=True)
-def _align(
-    linear: Array,
-    translation: Array,
-    cov: Array,
-    stretch: Array,
-    scales: Array,
-    points: Array,
-    field: NDArray[np.float32],
-    A_rc_xy: Array,
-    widths: Array,
-    steps: int,
-    strain_sigma: float,
-    sigma: float,
-) -> None:
-    mid = np.array([points[:, 0].mean(), points[:, 1].mean()])
-    offsets = np.ascontiguousarray((points - mid).T)
-    limit = STRAIN_LIMIT * strain_sigma
-    residuals = np.empty((8, len(points)))
-    for c in range(len(linear)):
-        start, strain = _split_strain(linear[c], stretch)
-        least, most = scales / np.sqrt(np.linalg.det(start))
-        centre = np.empty(2)
-        for i in range(2):
-            centre[i] = linear[c, i, 0] * mid[0] + linear[c, i, 1] * mid[1] + translation[c, i]
-        params = np.zeros(6)  # dx, dy of the centre [m], rotation [rad], exx, eyy, exy
-        params[3:] = strain
-        _bound(params, limit, least, most)
-        H = np.eye(6)
-        for width in widths:
-            for _ in range(steps):
-                count = _residuals(
-                    params, start, centre, offsets, field, A_rc_xy, width, residuals
-                )
-                H, g = _normal_equations(residuals, count)
-                prior = (sigma / strain_sigma) ** 2
-                for a in range(3, 6):
-                    H[a, a] += prior
-                    g[a] += prior * params[a]
-                for a in range(6):
-                    H[a, a] += _DAMPING
-                params -= np.linalg.solve(H, g)
-                _bound(params, limit, least, most)
-        final = _strained(params, start)
-        for i in range(2):
-            lever = final[i, 0] * mid[0] + final[i, 1] * mid[1]
-            translation[c, i] = centre[i] + params[i] - lever
-        linear[c] = final
-        full = np.linalg.inv(H) * (sigma * sigma)
-        cov[c] = _origin_covariance(full, final, mid)  # type: ignore[arg-type]
-
-
-@numba.njit(cache=True, nogil=True)
-def _split_strain(linear: Array, stretch: Array) -> tuple[Array, Array]:
-    """Unstrained ``S R (2, 2)`` and the strain (exx, eyy, exy) that makes ``linear`` of it."""
-    yaw = np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1])
+def _split_strain(linear: Array, stretch: Array | None) -> tuple[Array, Array]:
+    """Unstrained ``S R (C, 2, 2)``, and the strains (C, 3) that make ``linear`` of it."""
+    turned = linear[:, 1, 0] - linear[:, 0, 1], linear[:, 0, 0] + linear[:, 1, 1]
+    yaw = np.arctan2(*turned)
     cs, sn = np.cos(yaw), np.sin(yaw)
-    R = np.array([[cs, -sn], [sn, cs]])
-    S = stretch
-    if S[0, 0] == 0.0:  # not known
-        S = np.eye(2) * np.sqrt(linear[0, 0] * linear[1, 1] - linear[0, 1] * linear[1, 0])
-    start = _product(S, R)
-    E = _product(linear, np.linalg.inv(start))  # type: ignore[arg-type]
-    return start, np.array([E[0, 0] - 1.0, E[1, 1] - 1.0, 0.5 * (E[0, 1] + E[1, 0])])
+    R = np.stack([cs, -sn, sn, cs], axis=1).reshape(-1, 2, 2)
+    if stretch is None:
+        start = np.sqrt(np.linalg.det(linear))[:, None, None] * R
+    else:
+        start = np.asarray(stretch) @ R
+    E = linear @ np.linalg.inv(start)
+    strain = [E[:, 0, 0] - 1.0, E[:, 1, 1] - 1.0, 0.5 * (E[:, 0, 1] + E[:, 1, 0])]
+    return np.ascontiguousarray(start), np.stack(strain, axis=1)
+
+
+def _strained(params: Array, start: Array) -> Array:
+    """Linear parts ``(I + E) R(rotation) start (C, 2, 2)``."""
+    _, _, turn, exx, eyy, exy = params.T
+    cs, sn = np.cos(turn), np.sin(turn)
+    R = np.stack([cs, -sn, sn, cs], axis=1).reshape(-1, 2, 2)
+    E = np.stack([1.0 + exx, exy, exy, 1.0 + eyy], axis=1).reshape(-1, 2, 2)
+    return np.asarray(E @ (R @ start))
 
 
 @numba.njit(cache=True, nogil=True)
-def _bound(params: Array, limit: float, least: float, most: float) -> None:
+def _align(params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, widths, prior):  # type: ignore[no-untyped-def]
+    """Carry out Gauss-Newton steps, one for each width, on ``params (C, 6)`` in place."""
+    residuals, linear = np.empty((8, offsets.shape[1])), np.empty((2, 2))
+    H_solved, g = np.empty((6, 6)), np.empty(6)
+    for c in range(len(params)):
+        own, system = params[c], H[c]
+        _bound(own, limit, bounds[c, 0], bounds[c, 1])
+        for width in widths:
+            _strain(own, start[c], linear)
+            x, y = centre[c, 0] + own[0], centre[c, 1] + own[1]
+            count = _residuals(linear, x, y, offsets, field, A_rc_xy, width, residuals)
+            _normal_equations(residuals, count, system, g)
+            for a in range(6):
+                if a >= 3:
+                    system[a, a] += prior
+                    g[a] += prior * own[a]
+                system[a, a] += _DAMPING
+            _solve(system, g, H_solved)
+            for a in range(6):
+                own[a] -= g[a]
+            _bound(own, limit, bounds[c, 0], bounds[c, 1])
+
+
+@numba.njit(cache=True, nogil=True)
+def _bound(params, limit, least, most):  # type: ignore[no-untyped-def]
     """Keep the strain small, and the mean of its two stretches between two factors."""
     mean = 1.0 + 0.5 * (params[3] + params[4])
-    excess = mean - min(max(mean, least), most)
+    excess = mean - most if mean > most else (mean - least if mean < least else 0.0)
     params[3] -= excess
     params[4] -= excess
     for a in range(3, 6):
-        params[a] = min(max(params[a], -limit), limit)
+        params[a] = limit if params[a] > limit else (-limit if params[a] < -limit else params[a])
 
 
 @numba.njit(cache=True, nogil=True)
-def _product(a: Array, b: Array) -> Array:
-    """Two by two matrices; BLAS may round by where they lie in memory."""
-    out = np.empty((2, 2))
-    for i in range(2):
-        for j in range(2):
-            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j]
-    return out
-
-
-@numba.njit(cache=True, nogil=True)
-def _strained(params: Array, start: Array) -> Array:
-    """Linear part ``(I + E) R(rotation) start``."""
+def _strain(params, start, out):  # type: ignore[no-untyped-def]
+    """Write the linear part ``(I + E) R(rotation) start (2, 2)``."""
     cs, sn = np.cos(params[2]), np.sin(params[2])
-    out = np.empty((2, 2))
     for j in range(2):
         x = cs * start[0, j] - sn * start[1, j]
         y = sn * start[0, j] + cs * start[1, j]
-        out[0, j] = (1 + params[3]) * x + params[5] * y
-        out[1, j] = params[5] * x + (1 + params[4]) * y
-    return out
+        out[0, j] = (1.0 + params[3]) * x + params[5] * y
+        out[1, j] = params[5] * x + (1.0 + params[4]) * y
 
 
 @numba.njit(cache=True, nogil=True)
-def _residuals(
-    params: Array,
-    start: Array,
-    centre: Array,
-    offsets: Array,
-    field: NDArray[np.float32],
-    A_rc_xy: Array,
-    width: float,
-    out: Array,
-) -> int:
+def _solve(H, g, lower):  # type: ignore[no-untyped-def]
+    """Solve ``H x = g``, positive definite, in place of ``g``, by Cholesky's factor."""
+    n = len(g)
+    for i in range(n):
+        for j in range(i + 1):
+            total = H[i, j]
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            lower[i, j] = total / lower[j, j] if j < i else np.sqrt(total)
+        for k in range(i):
+            g[i] -= lower[i, k] * g[k]
+        g[i] /= lower[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            g[i] -= lower[k, i] * g[k]
+        g[i] /= lower[i, i]
+
+
+@numba.njit(cache=True, nogil=True)
+def _residuals(linear, x0, y0, offsets, field, A_rc_xy, width, out):  # type: ignore[no-untyped-def]
     """
     Fill columns of ``out (8, P)`` with Welsch weights, wall distances and their six derivatives.
 
-    ``offsets (2, P)`` are the points from their middle. Returns how many of them are near enough
-    to walls to say anything.
+    ``offsets (2, P)`` are the points from their middle, which lies at ``x0, y0``. Returns how many
+    of them are near enough to walls to say anything.
     """
-    linear = _strained(params, start)
-    x0, y0 = centre[0] + params[0], centre[1] + params[1]
     # In three loops: the first and the last are carried out for several points at once.
     row, col, offset_x, offset_y = out[0], out[1], out[2], out[3]
     for k in range(offsets.shape[1]):
@@ -289,13 +281,12 @@ def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
 
 
 @numba.njit(cache=True, nogil=True, fastmath={'reassoc', 'contract'})
-def _normal_equations(residuals: Array, count: int) -> tuple[Array, Array]:
+def _normal_equations(residuals, count, H, g):  # type: ignore[no-untyped-def]
     """
-    Gauss-Newton system (6, 6), (6,) of the first ``count`` columns of :func:`_residuals`.
+    Write the Gauss-Newton system (6, 6), (6,) of the first columns of :func:`_residuals`.
 
     Its sums may be taken in any order, by several at once.
     """
-    H, g = np.zeros((6, 6)), np.zeros(6)
     weight, d = residuals[0], residuals[1]
     j0, j1, j2 = residuals[2], residuals[3], residuals[4]
     j3, j4, j5 = residuals[5], residuals[6], residuals[7]
@@ -308,15 +299,5 @@ def _normal_equations(residuals: Array, count: int) -> tuple[Array, Array]:
             h0, h1, h2 = h0 + w * j0[k], h1 + w * j1[k], h2 + w * j2[k]
             h3, h4, h5 = h3 + w * j3[k], h4 + w * j4[k], h5 + w * j5[k]
         g[a] = total
-        H[a] = (h0, h1, h2, h3, h4, h5)
-    return H, g
-
-
-@numba.njit(cache=True, nogil=True)
-def _origin_covariance(full: Array, linear: Array, mid: Array) -> Array:
-    """Covariance (3, 3) of x, y, yaw moved from the samples' centre to the submap origin."""
-    lever_x = linear[0, 0] * mid[0] + linear[0, 1] * mid[1]
-    lever_y = linear[1, 0] * mid[0] + linear[1, 1] * mid[1]
-    moved = np.eye(3)
-    moved[0, 2], moved[1, 2] = lever_y, -lever_x
-    return moved @ np.ascontiguousarray(full[:3, :3]) @ moved.T
+        H[a, 0], H[a, 1], H[a, 2] = h0, h1, h2
+        H[a, 3], H[a, 4], H[a, 5] = h3, h4, h5

@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import each_unwritable
 from fpnet_core.geometry import Placements
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.pose.evidence import MapEvidence
@@ -115,17 +116,9 @@ def agreement(
     if len(candidates):
         inverse = np.asarray(np.linalg.inv(candidates.linear), dtype=np.float64)
         back = -np.einsum('cij,cj->ci', inverse, candidates.translation)
-        _backward(
-            inverse,
-            back,
-            drawn.walls,
-            drawn.first,
-            drawn.within(candidates, sub),
-            sub.wall_likelihood(sigma_m),
-            sub.observed,
-            sub.A_rc_xy,
-            seen,
-        )
+        fields = sub.wall_likelihood(sigma_m), sub.observed
+        A, tiles = _chained(sub.A_rc_xy, inverse, back), drawn.within(candidates, sub)
+        _backward(*[*each_unwritable(A, drawn.walls, drawn.first, tiles, *fields), seen])
     return WallAgreement(support, seen, violation)
 
 
@@ -181,66 +174,44 @@ def _forward_scores(
 ) -> tuple[Array, Array]:
     """Return wall support and free violation (C,) of samples (Pw, 2), (Pf, 2) of the submap."""
     support, violation = np.zeros(len(candidates)), np.zeros(len(candidates))
-    _forward(
-        candidates.linear, candidates.translation, walls, free, plan.wall_likelihood(sigma_m),
-        plan.outside_depth, plan.A_rc_xy, support, violation,
-    )  # fmt: skip
+    A = _chained(plan.A_rc_xy, candidates.linear, candidates.translation)
+    read = (A, walls.T, free.T, plan.wall_likelihood(sigma_m), plan.outside_depth)
+    _forward(*[*each_unwritable(*read), support, violation])
     return support, violation
 
 
 @numba.njit(cache=True, nogil=True)
-def _forward(
-    linear: Array,
-    translation: Array,
-    walls: Array,
-    free: Array,
-    wall_likelihood: NDArray[np.float32],
-    outside_depth: NDArray[np.float32],
-    A_rc_xy: Array,
-    support: Array,
-    violation: Array,
-) -> None:
+def _forward(A, walls, free, wall_likelihood, outside_depth, support, violation):  # type: ignore[no-untyped-def]
+    """Write the scores (C,) of samples (2, Pw), (2, Pf) of the submap; see :func:`_chained`."""
     likelihood, depth = wall_likelihood.reshape(-1), outside_depth.reshape(-1)
-    cells = np.empty(max(len(walls), len(free)), np.int32)
-    wall_xy, free_xy = np.ascontiguousarray(walls.T), np.ascontiguousarray(free.T)
-    for c in range(len(linear)):
-        A = _chain(A_rc_xy, linear[c], translation[c])
-        _cells_of(A, wall_xy[0], wall_xy[1], wall_likelihood.shape, cells)
+    most_walls, most_free, first = walls.shape[1], free.shape[1], np.int64(0)
+    cells = np.empty(most_walls + most_free, np.int32)
+    for c in range(len(A)):
+        _cells_of(A[c], walls, first, most_walls, wall_likelihood.shape, cells)
         total = 0.0
-        for k in range(len(walls)):
+        for k in range(most_walls):
             if cells[k] >= 0:
                 total += likelihood[cells[k]]
-        support[c] = total / max(len(walls), 1)
-        _cells_of(A, free_xy[0], free_xy[1], outside_depth.shape, cells)
+        support[c] = total / max(most_walls, 1)
+        _cells_of(A[c], free, first, most_free, outside_depth.shape, cells)
         outside = 0.0
-        for k in range(len(free)):
+        for k in range(most_free):
             own = depth[cells[k]] if cells[k] >= 0 else OUTSIDE_FULL_M
             share = (own - OUTSIDE_TOLERANCE_M) / (OUTSIDE_FULL_M - OUTSIDE_TOLERANCE_M)
             outside += min(max(share, 0.0), 1.0)
-        violation[c] = outside / max(len(free), 1)
+        violation[c] = outside / max(most_free, 1)
 
 
 @numba.njit(cache=True, nogil=True)
-def _backward(
-    inverse: Array,
-    back: Array,
-    walls: Array,
-    first: NDArray[np.int64],
-    tiles: NDArray[np.int64],
-    wall_likelihood: NDArray[np.float32],
-    observed: NDArray[np.bool_],
-    A_rc_xy: Array,
-    seen: Array,
-) -> None:
+def _backward(A, walls, first, tiles, wall_likelihood, observed, seen):  # type: ignore[no-untyped-def]
     """Look up the walls in the tiles that each candidate may cover, see :class:`_Tiled`."""
     likelihood, is_observed = wall_likelihood.reshape(-1), observed.reshape(-1)
-    cells, x, y = np.empty(walls.shape[1], np.int32), walls[0], walls[1]
-    for c in range(len(inverse)):
-        A = _chain(A_rc_xy, inverse[c], back[c])
+    cells = np.empty(walls.shape[1], np.int32)
+    for c in range(len(A)):
         total, count = 0.0, 0
         for row in range(tiles[c, 0, 1], tiles[c, 1, 1]):
             begin, end = first[row, tiles[c, 0, 0]], first[row, tiles[c, 1, 0]]
-            _cells_of(A, x[begin:end], y[begin:end], observed.shape, cells)
+            _cells_of(A[c], walls, begin, end, observed.shape, cells)
             for k in range(end - begin):
                 if cells[k] >= 0 and is_observed[cells[k]]:
                     total += likelihood[cells[k]]
@@ -249,15 +220,14 @@ def _backward(
 
 
 @numba.njit(cache=True, nogil=True)
-def _cells_of(
-    A: Array, xs: Array, ys: Array, shape: tuple[int, int], cells: NDArray[np.int32]
-) -> None:
+def _cells_of(A, xy, begin, end, shape, cells):  # type: ignore[no-untyped-def]
     """
-    Write the flat indices of the cells nearest to points ``(P,)`` to ``cells``, -1 off it.
+    Write the flat indices of the cells nearest to some points ``(2, P)`` to ``cells``, -1 off it.
 
     ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, over
     coordinates that lie side by side, is carried out for several points at once.
     """
+    xs, ys = xy[0, begin:end], xy[1, begin:end]
     rows, cols = float(shape[0]), float(shape[1])
     for k in range(len(xs)):
         x, y = xs[k], ys[k]
@@ -267,12 +237,9 @@ def _cells_of(
         cells[k] = np.int32(row * cols + col) if is_inside else np.int32(-1)
 
 
-@numba.njit(cache=True, nogil=True, inline='always')
-def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
-    """Affine (2, 3) from source metres to raster indices of the target."""
-    A = np.empty((2, 3))
-    for i in range(2):
-        for j in range(2):
-            A[i, j] = A_rc_xy[i, 0] * linear[0, j] + A_rc_xy[i, 1] * linear[1, j]
-        A[i, 2] = A_rc_xy[i, 0] * translation[0] + A_rc_xy[i, 1] * translation[1] + A_rc_xy[i, 2]
+def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
+    """Affine (C, 2, 3) from source metres to raster indices of the target."""
+    columns = np.concatenate([linear, translation[..., None]], axis=2)
+    A: Array = A_rc_xy[:, :1] * columns[:, None, 0] + A_rc_xy[:, 1:2] * columns[:, None, 1]
+    A[..., 2] += A_rc_xy[:, 2]
     return A

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every module constant that is a number says what it is: see ``tools/constants.py``."""
 
+from functools import cache
 from pathlib import Path
 import re
 import runpy
@@ -10,10 +11,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOL = runpy.run_path(str(ROOT / 'tools' / 'constants.py'))
-EVERY = [constant for package in TOOL['PACKAGES'] for constant in TOOL['constants'](package)]
 
 PAGE = re.compile(r'docs/\w+\.md')
 COMMAND = re.compile(r'`(?:python |fpnet |benchmarks/)')
+
+
+@cache
+def every():
+    """All constants of all packages."""
+    return [constant for package in TOOL['PACKAGES'] for constant in TOOL['constants'](package)]
 
 
 def listed(constants):
@@ -28,30 +34,30 @@ def kinds(tmp_path, source):
 
 
 def test_every_number_says_what_it_is():
-    unsaid = [constant for constant in EVERY if constant.kind == TOOL['UNSAID']]
+    unsaid = [constant for constant in every() if constant.kind == TOOL['UNSAID']]
     assert not unsaid, '\n'.join(listed(unsaid))
 
 
 def test_what_is_fitted_names_the_page_or_command_that_tells_how():
-    fitted = [constant for constant in EVERY if constant.kind == 'fitted']
+    fitted = [constant for constant in every() if constant.kind == 'fitted']
     nameless = [c for c in fitted if not (COMMAND.search(c.text) or PAGE.search(c.text))]
     assert not nameless, '\n'.join(listed(nameless))
 
 
 def test_what_is_physical_says_of_what():
-    bare = [c for c in EVERY if c.kind == 'physical' and len(c.text.split()) < 3]
+    bare = [c for c in every() if c.kind == 'physical' and len(c.text.split()) < 3]
     assert not bare, '\n'.join(listed(bare))
 
 
 def test_pages_that_constants_name_exist():
-    named = [(constant, page) for constant in EVERY for page in PAGE.findall(constant.text)]
+    named = [(constant, page) for constant in every() for page in PAGE.findall(constant.text)]
     assert len(named) > 10
     for constant, page in named:
         assert (ROOT / page).is_file(), f'{constant.path}:{constant.line} {page}'
 
 
 def test_all_four_packages_are_read():
-    assert {constant.path.parts[0] for constant in EVERY} == set(TOOL['PACKAGES'])
+    assert {constant.path.parts[0] for constant in every()} == set(TOOL['PACKAGES'])
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A warm-up leaves a drive nothing to compile: no tick of a new installation takes seconds."""
 
+from dataclasses import replace
 import subprocess
 import sys
 
@@ -31,16 +32,18 @@ plan = fpnet.read_plan(sys.argv[1] + '/floorplan.yaml')
 warm_up(create_localizer(FpnetConfig()))
 warm = compiled()
 run = fpnet.localize(plan, sys.argv[1] + '/bag')
-assert len(warm) > 30, warm
+assert len(warm) > 20, warm
 assert run.status is fpnet.Status.LOCALIZED, run
 print(compiled() - warm or 'nothing')
 """
 
 
 @pytest.mark.slow
+# A third of their rays: what is compiled depends on the kind of scan, and not on its size.
 @pytest.mark.parametrize(('sensor', 'seed'), [('beams32', 4), ('dome', 3)])
 def test_a_drive_compiles_nothing_that_the_warm_up_has_not(tmp_path, sensor, seed):
-    write_recording(start_of_recording(20.0, SENSORS[sensor], seed), tmp_path)
+    lidar = replace(SENSORS[sensor], columns=SENSORS[sensor].columns // 3)
+    write_recording(start_of_recording(20.0, lidar, seed), tmp_path)
     ended = subprocess.run(
         [sys.executable, '-c', DRIVEN, str(tmp_path)], capture_output=True, text=True, check=False
     )

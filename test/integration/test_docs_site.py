@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # One of each kind: text, tables, code, pictures, drawings of boxes, generated reference.
 PAGES = ('', 'tutorial/', 'needs/', 'parameters/', 'ros/', 'python/', 'tour/', 'localizer/')
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.apart]
 
 
 class Quiet(SimpleHTTPRequestHandler):

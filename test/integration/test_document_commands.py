@@ -45,7 +45,7 @@ RUN = {
 
 ELSEWHERE = {
     'make demo': 'test/ros/test_ros_demo.py::test_a_session_leaves_its_files_and_no_process',
-    'make test': '.ci/run::make test',
+    'make test': '.ci/run::make test-all',
     'colcon build --packages-select fpnet_ros': 'test/ros/conftest.py::colcon',
     'pip install -c constraints-cpu.txt .[plans,report]': 'test/integration/test_wheel.py::'
     'test_the_command_and_its_data_are_in_the_wheel',
@@ -129,13 +129,10 @@ def call(words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('document', DOCUMENTS)
-def test_commands_do_what_they_say(folder, monkeypatch, document):
-    """In the order of the document, whose later commands use what earlier ones wrote."""
+def test_commands_do_what_they_say(folder, monkeypatch):
+    """In the order of the documents, whose later commands use what earlier ones wrote."""
     monkeypatch.chdir(folder)
-    for name in ('drive', 'mine', 'pairs', 'run', 'out'):
-        shutil.rmtree(name, ignore_errors=True)
-    for command in commands(document):
+    for command in DOCUMENTED:
         if command in RUN:
             words = shlex.split(f'{command} {RUN[command]}')
             assert call(words[1:]) == 0, command

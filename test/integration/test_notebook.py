@@ -47,6 +47,7 @@ def test_the_page_is_made_of_it(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.apart
 def test_executed_again_it_shows_the_same(tmp_path):
     cells = nbformat.read(ROOT / 'docs' / 'tour.ipynb', as_version=4).cells
     for cell in cells:
@@ -59,6 +60,7 @@ def test_executed_again_it_shows_the_same(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.apart
 def test_a_cell_that_fails_is_named(tmp_path):
     cells = [nbformat.v4.new_code_cell('1 / 0')]
     with pytest.raises(notebook.CellError, match='1 / 0\nZeroDivisionError'):

@@ -9,11 +9,13 @@ import sys
 
 import matplotlib
 import pytest
+from short_recording import start_of_recording
 
 import fpnet_core as fpnet
 from fpnet_core.localizer import MapMatch
 from fpnet_core.types import Segmentation
-from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
+from fpnet_lab.sim.drives.recording import write_recording
+from fpnet_lab.sim.lidars.sensors import LidarModel
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'python.md'
 
@@ -22,7 +24,8 @@ PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'python.md'
 def folder(tmp_path_factory):
     """A small building and a drive through it, under the names of the page."""
     folder = tmp_path_factory.mktemp('python')
-    write_recording(make_recording(4, RecordingOptions()), folder / 'drive')
+    coarse = LidarModel(beams=16, columns=300)
+    write_recording(start_of_recording(20.0, coarse, seed=4), folder / 'drive')
     for suffix in ('.yaml', '.png'):
         (folder / f'robot_map{suffix}').write_bytes(
             (folder / 'drive' / f'floorplan{suffix}').read_bytes()

@@ -23,7 +23,7 @@ from fpnet_lab.sim.lidars.lidar import LidarModel
 
 pytestmark = pytest.mark.slow
 
-SCANS = 500
+SCANS = 400
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Drive:
 
 @pytest.fixture(scope='module')
 def recording():
-    return make_recording(2, RecordingOptions(lidar=LidarModel(beams=16, columns=300)))
+    return make_recording(2, RecordingOptions(lidar=LidarModel(beams=16, columns=180)))
 
 
 @pytest.fixture(scope='module')

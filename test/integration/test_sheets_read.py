@@ -41,27 +41,26 @@ def test_rooms_of_every_kind_of_sheet_are_read(tmp_path):
     assert np.mean(held) >= 0.8
 
 
-def blueprint(seed, tmp_path):
-    """A plan and its drawing, white on blue."""
-    plan = generate_plan(np.random.default_rng(seed), max_rooms=14)
+@pytest.fixture(scope='module', params=[1, 2])
+def blueprint(request, tmp_path_factory):
+    """A plan, how its drawing is read, white on blue, and the rooms of that."""
+    plan = generate_plan(np.random.default_rng(request.param), max_rooms=14)
     drawn = np.pad(render_plan(plan, 0.025, style=STYLES['sketch']).cells, 60)
     pixels = np.where((drawn == OCCUPIED)[..., None], (235, 240, 255), (24, 60, 130))
-    path = tmp_path / 'blueprint.png'
+    path = tmp_path_factory.mktemp('blueprint') / 'blueprint.png'
     Image.fromarray(pixels.astype(np.uint8)).save(path)
-    return plan, fpnet.read_plan(path)
+    reading = fpnet.read_plan(path)
+    return plan, reading, fpnet.segment(reading)
 
 
 @pytest.mark.xfail(reason='leaves of doors stay as walls (docs/drawings.md)', strict=False)
-@pytest.mark.parametrize('seed', [1, 2])
-def test_blueprints_have_their_rooms(tmp_path, seed):
-    plan, reading = blueprint(seed, tmp_path)
-    assert abs(len(fpnet.segment(reading).rooms) - len(plan.rooms)) <= 1
+def test_blueprints_have_their_rooms(blueprint):
+    plan, _, rooms = blueprint
+    assert abs(len(rooms.rooms) - len(plan.rooms)) <= 1
 
 
-@pytest.mark.parametrize('seed', [1, 2])
-def test_blueprints_have_no_rooms_on_the_ground_around(tmp_path, seed):
-    plan, reading = blueprint(seed, tmp_path)
-    rooms = fpnet.segment(reading)
+def test_blueprints_have_no_rooms_on_the_ground_around(blueprint):
+    plan, reading, rooms = blueprint
     off = abs(len(rooms.rooms) - len(plan.rooms))
     assert off <= 1 or (off <= 2 and reading.doubts)
     assert not border_of(rooms.labels).any()

@@ -55,6 +55,7 @@ def test_the_tutorials_steps_are_found_with_their_promises():
 
 
 @pytest.mark.slow
+@pytest.mark.apart
 def test_the_tutorial_gives_what_it_promises(tmp_path):
     here = [step for step in TUTORIAL if step.program is not None]
     assert len(here) >= 4

@@ -34,7 +34,7 @@ print(*(p.name for p in (files('fpnet_core.report') / 'templates').iterdir()))
 PACKAGES = ('fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters')
 MAX_BYTES = 10_000_000
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.apart]
 
 
 def run(*words, cwd):

@@ -17,7 +17,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.pairs.pair import generate_mapped_pair
 
-SCENES = range(4)
+SCENES = range(2)
 CLAIM = FpnetConfig().localizer.claim_probability
 
 

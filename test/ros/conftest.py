@@ -23,7 +23,13 @@ from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.sim.drives.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
+from fpnet_lab.sim.drives.recording import (
+    CLOUD_TOPIC,
+    LIDAR_FRAME,
+    RecordingOptions,
+    make_recording,
+)
+from fpnet_lab.sim.lidars.sensors import LidarModel
 
 rclpy = pytest.importorskip('rclpy')
 
@@ -126,6 +132,7 @@ def _bench(folder: Path, domain_id: int, environment: dict[str, str]) -> Iterato
 
 
 SWEEP_S = 0.1
+COARSE = LidarModel(beams=16, columns=300)  # odometry takes a fraction of the time
 SCANS = 300  # half a minute of the tour: a slow machine needs more of it to be localised
 
 
@@ -143,7 +150,7 @@ class Excerpt:
 @pytest.fixture(scope='session')
 def excerpt(tmp_path_factory: pytest.TempPathFactory) -> Excerpt:
     folder = tmp_path_factory.mktemp('excerpt')
-    recording = make_recording(0)
+    recording = make_recording(0, RecordingOptions(lidar=COARSE))
     write_map(recording.floorplan, folder / 'floorplan.yaml')
     with BagWriter(folder / 'bag') as bag:
         for index in range(SCANS):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cloud in, pose out: every node from the colcon install space, in a process of its own."""
+"""Cloud in, pose out: every node in a process of its own; and the colcon install space."""
 
 from pathlib import Path
 import shlex
@@ -72,6 +72,25 @@ def test_the_packages_come_from_the_install_space(install_space, tmp_path):
     assert 'matcher.json' in weights
 
 
+def test_every_installed_node_starts(install_space, tmp_path):
+    """As far as its parameters: one that is not there or is missing ends it with a line."""
+    started = {
+        name: subprocess.Popen(
+            [*_installed(install_space, name), '--ros-args', '-p', 'misspelt:=1.0'],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        for name in sorted(EXECUTABLES - {'fpnet'})
+    }
+    for name, process in started.items():
+        printed, _ = process.communicate(timeout=300)
+        assert process.returncode == 1, (name, printed)
+        said = 'bag is empty' if name == 'replay' else 'misspelt is unknown'
+        assert said in printed.splitlines()[-1], name
+
+
 class Seen:
     """Everything beside the pose, held to the truth and to one another."""
 
@@ -139,7 +158,7 @@ class Seen:
         assert np.hypot(*(pose.T_frame_body.translation - (at.x, at.y))) < 3.0
 
 
-def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
+def test_clouds_become_poses_on_the_floorplan(bench, excerpt):
     grids = bench.collect(OccupancyGrid, 'floorplan', LATCHED)
     statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
     poses = bench.collect(PoseStamped, 'floorplan_pose', STREAM)
@@ -156,6 +175,7 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
             {
                 'bag': str(excerpt.folder / 'bag'),
                 'topics': ['/points'],
+                'rate': 2.0,
                 'max_ahead': 15,
                 'wait_for_subscriber_s': 60.0,
             },
@@ -163,14 +183,12 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
         ),
     }
     children = {
-        name: bench.start(name, *nodes[name], command=_installed(install_space, name))
+        name: bench.start(name, *nodes[name])
         for name in ('floorplan_server', 'odometry', 'localizer')
     }
     took = lambda: 'took the floorplan' in children['localizer'].log_tail()  # noqa: E731
     assert bench.wait_for(took, 300.0), children['localizer'].log_tail()
-    children['replay'] = bench.start(
-        'replay', *nodes['replay'], command=_installed(install_space, 'replay')
-    )
+    children['replay'] = bench.start('replay', *nodes['replay'])
 
     def is_done() -> bool:
         bench.group.check(may_end=[children['replay']])

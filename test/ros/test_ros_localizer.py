@@ -256,7 +256,7 @@ def test_bad_weights_and_parameters_end_the_node_with_one_line(bench, tmp_path):
         for name, (parameters, _) in cases.items()
     }
     for name, (_, message) in cases.items():
-        assert started[name].process.wait(timeout=90) == 1
+        assert started[name].process.wait(timeout=180) == 1
         lines = started[name].log_tail().splitlines()
         assert len(lines) == 1, lines
         assert message in lines[0]

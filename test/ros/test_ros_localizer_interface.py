@@ -287,24 +287,6 @@ def test_a_service_takes_an_initial_pose_as_amcl_s_does(robot, name):
     assert robot.logs("set_initial_pose was rejected: it is in frame 'odom'")
 
 
-def test_a_restarted_odometry_costs_the_submap_but_not_the_place(robot):
-    robot.restart_odometry()
-    robot.T_new_old = SE2.from_xy_yaw(3.0, -40.0, 1.0).as_matrix4()
-    assert robot.bench.wait_for(robot.is_heard, PATIENCE_S)
-    robot.step()
-    assert robot.logs('another process publishes the odometry now')
-    robot.localize()
-    pose = pose_from_msg(robot.poses[-1])
-    truth = robot.truth(pose.stamp_ns)
-    assert np.linalg.norm(pose.T_frame_body.translation - truth.translation) < 0.6
-
-
-def test_a_clock_that_goes_back_starts_anew(robot):
-    robot.offset_ns -= 3600 * 10**9
-    assert robot.step_until(lambda: 'the clock went back' in robot.child.log.read_text())
-    robot.localize()
-
-
 def test_a_floorplan_is_replaced_at_run_time(robot):
     moved = SE2.from_xy_yaw(100.0, 0.0, 0.0)
     grid = plan_grid()

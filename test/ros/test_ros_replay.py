@@ -165,13 +165,12 @@ def test_bad_input_ends_the_node_with_one_line(bench, recording, tmp_path):
     cases = {
         'missing': ({'bag': str(tmp_path / 'absent')}, 'does not exist'),
         'topic': ({'bag': str(recording), 'topics': ['/lidar']}, 'lacks /lidar'),
-        'rate': ({'bag': str(recording), 'rate': 0.0}, 'rate'),
     }
     started = {
         name: bench.start_as(name, 'replay', parameters) for name, (parameters, _) in cases.items()
     }
     for name, (_, message) in cases.items():
-        assert started[name].process.wait(timeout=60) == 1
+        assert started[name].process.wait(timeout=180) == 1
         lines = started[name].log_tail().splitlines()
         assert len(lines) == 1
         assert message in lines[0]

@@ -148,7 +148,8 @@ def _number(storeys: list[tuple[float, Any]], options: ReadOptions, name: str) -
 def _elements(storey: Any, kinds: tuple[str, ...]) -> list[Any]:
     import ifcopenshell.util.element as elements
 
-    return [e for e in elements.get_decomposition(storey) if any(e.is_a(kind) for kind in kinds)]
+    within = sorted(elements.get_decomposition(storey), key=lambda element: element.id())
+    return [e for e in within if any(e.is_a(kind) for kind in kinds)]
 
 
 def _cuts(

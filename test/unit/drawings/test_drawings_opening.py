@@ -14,6 +14,7 @@ from fpnet_core.drawings.opening import drawing_kind, open_drawing
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
 
+pytestmark = pytest.mark.usefixtures('own_process')
 PLAIN = np.random.default_rng(3).integers(0, 256, (20, 30, 3), dtype=np.uint8)
 
 

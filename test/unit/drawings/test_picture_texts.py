@@ -131,8 +131,6 @@ def test_texts_in_rooms_of_vector_files_tell_the_scale(tmp_path, write, name, te
     assert reading.scale.source is ScaleSource.ROOM_TEXTS, reading.scale
     assert reading.scale.low_m < true_m < reading.scale.high_m
     assert reading.scale.resolution_m == pytest.approx(true_m, rel=0.025)
-    stated = read_plan(tmp_path / name, ReadOptions(resolution_m=0.03))
-    assert stated.scale.source is ScaleSource.STATED
 
 
 PIXEL_M = 0.0137

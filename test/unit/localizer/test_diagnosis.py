@@ -74,13 +74,6 @@ def test_a_plan_of_another_building(matcher, other_plan):
     assert causes[0].next == 'fpnet localize drive --floorplan OTHER_PLAN'
 
 
-def test_a_mirrored_plan(matcher):
-    plan = plan_grid().mirrored()
-    causes = explained(drive_on(plan, matcher), plan, matcher)
-    assert [cause.kind for cause in causes] == [CauseKind.MIRRORED]
-    assert causes[0].next == 'fpnet localize drive --floorplan plan.png --mirrored'
-
-
 @pytest.mark.parametrize('factor', [1.5, 0.6])  # nearer ones are found all the same
 def test_a_plan_at_another_scale(matcher, factor):
     plan = rescaled(plan_grid(), factor)
@@ -91,9 +84,8 @@ def test_a_plan_at_another_scale(matcher, factor):
     assert causes[0].next == f'fpnet localize drive --floorplan plan.png --resolution {metres}'
 
 
-@pytest.mark.parametrize('factor', [4.0, 10.0])  # a slip of the pen: beyond all that is searched
-def test_a_plan_whose_rooms_deny_its_scale(matcher, caplog, factor):
-    plan = rescaled(plan_grid(), factor)
+def test_a_plan_whose_rooms_deny_its_scale(matcher, caplog):
+    plan = rescaled(plan_grid(), 10.0)  # a slip of the pen: beyond all that is searched
     run = drive_on(plan, matcher)
     told = [record.message for record in caplog.records if 'is stated' in record.message]
     assert len(told) == 1

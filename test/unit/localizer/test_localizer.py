@@ -35,19 +35,26 @@ def new_localizer(**overrides):
     return localizer
 
 
-def run(localizer, scans, tick_every=5):
-    statuses = []
+def outputs_of(localizer, scans, tick_every=5):
+    outputs = []
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % tick_every == tick_every - 1:
-            statuses.append(localizer.tick(stamp_ns).status)
-    return statuses
+            outputs.append(localizer.tick(stamp_ns))
+    return outputs
+
+
+def run(localizer, scans, tick_every=5):
+    return [output.status for output in outputs_of(localizer, scans, tick_every)]
 
 
 @pytest.fixture(scope='module')
 def finished():
     localizer = new_localizer()
-    return localizer, run(localizer, recorded())
+    assert localizer.output.reason == NOT_LOOKED
+    outputs = outputs_of(localizer, recorded())
+    assert all(output.reason for output in outputs)
+    return localizer, [output.status for output in outputs]
 
 
 def test_it_waits_then_finds_the_robot(finished):
@@ -70,15 +77,9 @@ def test_a_firm_claim_is_followed_without_a_search_until_one_is_due():
         searched.append('match' in output.timings_ms)
     assert sum(searched) == 2
     assert searched[:4] == searched[4:]
-
-
-def test_forgetting_a_claim_searches_again():
-    localizer = new_localizer()
-    run(localizer, recorded())
-    points, T_odom_sensor, stamp_ns = recorded()[-1]
     localizer.relocalize()
-    localizer.add_scan(points, T_odom_sensor, stamp_ns + SCAN_NS)
-    assert 'match' in localizer.tick(stamp_ns + SCAN_NS).timings_ms
+    localizer.add_scan(points, T_odom_sensor, stamp_ns + 9 * SCAN_NS)
+    assert 'match' in localizer.tick(stamp_ns + 9 * SCAN_NS).timings_ms, 'a claim was forgotten'
 
 
 def test_the_pose_is_right_on_the_drawing(finished):
@@ -118,14 +119,6 @@ def test_without_scans_it_waits():
 def test_every_tick_says_why(finished):
     localizer, _ = finished
     assert ' m of wall explained; ' in localizer.output.reason
-    again = new_localizer()
-    assert again.output.reason == NOT_LOOKED
-    outputs = []
-    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
-        again.add_scan(points, T_odom_sensor, stamp_ns)
-        if index % 5 == 4:
-            outputs.append(again.tick(stamp_ns))
-    assert all(output.reason for output in outputs)
 
 
 def test_a_plan_without_rooms_is_refused_and_the_old_one_stays():
@@ -243,7 +236,7 @@ def hint_at(index, off_m=0.0):
     return PoseHint(said, SE2.from_matrix4(T_odom_sensor))
 
 
-@pytest.mark.parametrize('off_m', [0.0, 0.5, 1.5, 3.0, 5.0, 500.0])
+@pytest.mark.parametrize('off_m', [0.0, 1.5, 3.0, 500.0])
 def test_a_claim_stands_whatever_anybody_says_against_the_walls(off_m, caplog):
     localizer = new_localizer()
     assert run(localizer, recorded()[:40])[-1] is Status.LOCALIZED
@@ -255,7 +248,7 @@ def test_a_claim_stands_whatever_anybody_says_against_the_walls(off_m, caplog):
     assert caplog.text.count('no placement fits near the given pose') == int(off_m > 2.0)
 
 
-@pytest.mark.parametrize('off_m', [0.0, 0.5, 1.5])
+@pytest.mark.parametrize('off_m', [0.0, 1.5])
 def test_a_right_hint_never_makes_less_sure(off_m):
     localizer = new_localizer()
     run(localizer, recorded()[:40])
@@ -267,7 +260,7 @@ def test_a_right_hint_never_makes_less_sure(off_m):
     assert set(statuses[1:]) == {Status.LOCALIZED}
 
 
-@pytest.mark.parametrize('off_m', [3.0, 5.0, 500.0])
+@pytest.mark.parametrize('off_m', [3.0, 500.0])
 def test_a_wrong_hint_is_said_once_and_outweighed(off_m, caplog):
     localizer = new_localizer()
     run(localizer, recorded()[:40])

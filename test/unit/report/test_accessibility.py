@@ -9,6 +9,7 @@ import pytest
 from fpnet_core.report import write_run_report
 from fpnet_core.report.live import LiveRun
 
+pytestmark = [pytest.mark.slow, pytest.mark.apart]
 READY = "document.body.dataset.ready === 'true'"
 
 
@@ -21,13 +22,11 @@ def browser(tmp_path_factory):
         yield session
 
 
-@pytest.mark.slow
 def test_a_report_can_be_read_by_everybody(browser, made_up_run, tmp_path):
     write_run_report(tmp_path / 'report.html', made_up_run)
     assert list(violations(browser, (tmp_path / 'report.html').as_uri(), READY)) == []
 
 
-@pytest.mark.slow
 def test_so_can_a_run_that_goes_on(browser, made_up_run):
     with LiveRun('a drive', made_up_run.plan, 0) as live:
         live.show(made_up_run)

@@ -170,6 +170,7 @@ def test_a_recording_needs_a_floorplan(tmp_path, capsys):
     assert 'or --floorplan with a recording' in capsys.readouterr().err
 
 
+@pytest.mark.apart
 def test_a_browser_follows_until_somebody_goes_back(live, made_up_run, tmp_path):
     blank = tmp_path / 'blank.html'
     blank.write_text('<title>blank</title>')

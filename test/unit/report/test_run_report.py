@@ -243,6 +243,7 @@ def decoded(picture):
     return np.asarray(Image.open(io.BytesIO(data)).convert('RGBA'))
 
 
+@pytest.mark.apart
 def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
     with open_page(report) as browser:
         wait_for(browser, "document.body.dataset.ready === 'true'")
@@ -312,6 +313,7 @@ def assert_fits(browser, name):
     assert width <= 700
 
 
+@pytest.mark.apart
 @pytest.mark.parametrize('scheme', ['light', 'dark'])
 def test_a_phone_shows_it_without_scrolling_sideways(report, scheme):
     with open_page(report) as browser:

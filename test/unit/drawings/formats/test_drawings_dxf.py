@@ -29,6 +29,7 @@ from fpnet_core.errors import MapFormatError
 WALL_LINES = [(3.0, 0.0), (8.0, 6.4), (0.3, 3.0), (6.0, 1.0), (6.2, 4.5)]
 
 
+@pytest.mark.usefixtures('own_process')
 def test_walls_are_drawn_where_they_are_and_nothing_else(tmp_path):
     plan = Plan(turn=0.4, origin=(4500.0, -120.0))
     drawing = open_drawing(write_dxf(tmp_path / 'a.dxf', plan))
@@ -127,6 +128,7 @@ def test_references_to_other_files_are_never_followed(tmp_path):
     assert sum('never followed' in note for note in drawing.notes) == 2
 
 
+@pytest.mark.usefixtures('own_process')
 def test_blocks_that_multiply_are_refused_at_once(tmp_path):
     def change(document, space):
         document.blocks.new('B0').add_line((0, 0), (1, 1))

@@ -122,9 +122,11 @@ def test_the_map_has_its_rooms_and_doors(tmp_path):
     assert [door.depth_m for door in reading.model.doors] == pytest.approx([0.2] * 3, abs=0.01)
 
 
+@pytest.mark.usefixtures('own_process')
 def test_levels_are_pages(tmp_path):
     path = write(tmp_path / 'venue')
-    assert [room.category for room in read(path, ReadOptions(page=1)).model.rooms] == ['room']
+    first = open_drawing(path, ReadOptions(page=1))
+    assert [room.category for room in first.model.rooms] == ['room']
     with pytest.raises(MapFormatError, match='has 2 storeys; there is no storey 3'):
         open_drawing(path, ReadOptions(page=3))
 
@@ -165,6 +167,7 @@ BAD = {
 }  # fmt: skip
 
 
+@pytest.mark.usefixtures('own_process')
 @pytest.mark.parametrize('name', BAD)
 def test_bad_files_are_refused_in_a_line(tmp_path, name):
     data, message = BAD[name]

@@ -97,6 +97,7 @@ def _cut(model, run, body, wall, at, size):
     run('feature.add_feature', model, feature=opening, element=wall)
 
 
+@pytest.mark.usefixtures('own_process')
 @needs_library
 def test_a_storey_is_cut_a_metre_above_its_floor(tmp_path):
     drawing = open_drawing(write_building(tmp_path / 'a.ifc'))
@@ -120,6 +121,7 @@ def test_storeys_by_number(tmp_path):
         open_drawing(path, ReadOptions(page=3))
 
 
+@pytest.mark.usefixtures('own_process')
 @needs_library
 @pytest.mark.parametrize('rest', ['nonsense', "FILE_SCHEMA(('IFC4'));\nENDSEC;\nDATA;\nENDSEC;\n"])
 def test_bad_files_are_refused_in_a_line(tmp_path, rest):

@@ -47,6 +47,7 @@ def page(content: bytes, media='0 0 500 400', more=b'', extra=b'') -> bytes:
     )  # fmt: skip
 
 
+@pytest.mark.usefixtures('own_process')
 def test_walls_are_drawn_where_they_are_and_nothing_else(tmp_path):
     drawing = open_drawing(write_pdf(tmp_path / 'a.pdf'))
     assert (levels(drawing, pdf_points(ON_WALLS)) == 0).all()
@@ -153,6 +154,7 @@ ENCRYPTED = (
 )
 
 
+@pytest.mark.usefixtures('own_process')
 @pytest.mark.parametrize(('data', 'message'), [
     (ENCRYPTED, 'encrypted'),
     (b'%PDF-1.7\n' + bytes(range(256)) * 9, 'damaged PDF'),

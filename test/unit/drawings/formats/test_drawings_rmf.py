@@ -104,6 +104,7 @@ def test_bad_files_are_refused_in_a_line(tmp_path, values, options, message):
         read(path, options)
 
 
+@pytest.mark.usefixtures('own_process')
 def test_it_is_no_map_of_map_server(tmp_path):
     path = write(tmp_path / 'a.building.yaml', building())
     assert read_plan(path).how.endswith('as the Open-RMF building states them')

@@ -40,6 +40,7 @@ def at(points):
     return _svg_place(points, PLAN)
 
 
+@pytest.mark.usefixtures('own_process')
 def test_walls_are_drawn_where_they_are_and_nothing_else(tmp_path):
     drawing = open_drawing(write_svg(tmp_path / 'a.svg', PLAN))
     assert (levels(drawing, at(ON_WALLS)) == 0).all()
@@ -213,6 +214,7 @@ def test_what_a_plotting_library_writes_is_read(tmp_path):
     assert levels(drawing, [(50, 40), (50, 10), (30, 40)]).tolist() == [0.0, 0.0, 255.0]
 
 
+@pytest.mark.usefixtures('own_process')
 def test_nothing_outside_of_the_file_is_touched(tmp_path):
     (tmp_path / 'secret.png').write_bytes(b'not to be read')
     body = (
@@ -233,6 +235,7 @@ USES = ''.join(
 )
 
 
+@pytest.mark.usefixtures('own_process')
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
@@ -252,6 +255,7 @@ def test_bombs_and_damaged_files_are_refused_in_a_line(tmp_path, text, message):
         open_drawing(tmp_path / 'a.svg')
 
 
+@pytest.mark.usefixtures('own_process')
 def test_packed_bombs_are_refused(tmp_path):
     bomb = gzip.compress(bare(' ' * 80_000_000).encode(), 1)
     (tmp_path / 'a.svgz').write_bytes(bomb)

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+from functools import cache
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -29,6 +31,11 @@ def folder(tmp_path_factory):
     return path
 
 
+@cache
+def _generated(index):
+    return generate_pair(9, index, SMALL)
+
+
 def _contents(folder):
     return {path.name: path.read_bytes() for path in sorted(folder.glob('pairs-*'))}
 
@@ -37,7 +44,7 @@ def test_blocks_hold_what_was_generated(folder):
     pairs = PairDataset(folder)
     assert len(pairs) == 4
     for index in range(4):
-        expected, stored, whole = generate_pair(9, index, SMALL), pairs[index], pairs.pair(index)
+        expected, stored, whole = _generated(index), pairs[index], pairs.pair(index)
         np.testing.assert_array_equal(stored.labels, expected.sub_labels)
         np.testing.assert_array_equal(stored.plan.node_feat, expected.plan_graph.node_feat)
         np.testing.assert_array_equal(stored.sub.edges, expected.sub_graph.edges)
@@ -56,7 +63,7 @@ def test_blocks_hold_what_was_generated(folder):
 def test_openings_are_kept(folder, side):
     for index in range(4):
         found = getattr(PairDataset(folder).pair(index), side)
-        expected = getattr(generate_pair(9, index, SMALL), side)
+        expected = getattr(_generated(index), side)
         assert len(found) == len(expected)
         for a, b in zip(found, expected, strict=True):
             assert (a.door, a.rooms, a.has_lintel) == (b.door, b.rooms, b.has_lintel)
@@ -118,9 +125,9 @@ def test_old_features_are_refused_until_they_are_computed_anew(tmp_path, monkeyp
         np.testing.assert_array_equal(array, old[name], err_msg=name)
 
 
-def test_other_layouts_are_refused(tmp_path):
-    write_pairs(tmp_path, 9, 1, config=SMALL)
+def test_other_layouts_are_refused(folder, tmp_path):
     path = tmp_path / dataset.MANIFEST
+    shutil.copy(folder / dataset.MANIFEST, path)
     path.write_text(json.dumps({**json.loads(path.read_text()), 'schema': 1}))
     with pytest.raises(ConfigError, match='schema 1, expected 2'):
         PairDataset(tmp_path)
