@@ -32,8 +32,7 @@ ifneq ($(origin TORCH_INDEX_URL),undefined)
 export TORCH_INDEX_URL
 endif
 
-# Fast tests first, two at a time. Of the long ones three, as live nodes wait much of their time;
-# those that are alone have the machine to themselves.
+# Fast tests first, two at a time; those that are alone have the machine to themselves.
 QUICK := $(wildcard test/unit test/property test/architecture test/adapters)
 LONG := $(wildcard test/integration test/ros test/real)
 APART := $(wildcard test/integration test/unit/report)
@@ -80,7 +79,7 @@ kernels: $(STAMP)
 test: $(STAMP)
 	$(MAKE) --no-print-directory --output-sync -j2 kernels lint docs
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal --cov --cov-report= -m 'not apart' $(QUICK)
-	OMP_NUM_THREADS=1 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=10 \
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder --durations=10 \
 	  -m 'not alone and not apart' $(LONG)
 	$(BIN)/pytest -m alone $(wildcard test/ros)
 
