@@ -221,26 +221,31 @@ def drive(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_scans_beside_wheels_become_poses_on_the_floorplan(bench, drive):
-    """With KISS-ICP on scans robots are driven in ``test_ros_wirings_benchmark.py``."""
+@pytest.mark.parametrize('odometry', ['kiss', 'wheels'])
+def test_scans_become_poses_on_the_floorplan(bench, drive, odometry):
     folder, recording, truth = drive
     poses = bench.collect(PoseStamped, 'floorplan_pose', STREAM)
     reliable = 'qos_overrides.{}.subscription.reliability'
     lasers = {'scan_topics': [LASER_TOPIC], reliable.format(LASER_TOPIC): 'reliable'}
     own = {'max_pending_scans': 30, reliable.format('/kiss/frame'): 'reliable'}
-    server = bench.start('floorplan_server', {'floorplan': str(folder / 'floorplan.yaml')})
-    localizer = bench.start('localizer', own | lasers, {'kiss/odometry': ODOMETRY_TOPIC})
+    nodes = [bench.start('floorplan_server', {'floorplan': str(folder / 'floorplan.yaml')})]
+    topics, pace = [LASER_TOPIC], {'max_ahead': 15}
+    if odometry == 'kiss':
+        nodes.append(bench.start('odometry', {'max_pending_scans': 30, **lasers}))
+        localizer = bench.start('localizer', own)
+    else:
+        topics, pace = [LASER_TOPIC, ODOMETRY_TOPIC], {}
+        localizer = bench.start('localizer', own | lasers, {'kiss/odometry': ODOMETRY_TOPIC})
     took = lambda: 'took the floorplan' in localizer.log_tail()  # noqa: E731
     assert bench.wait_for(took, 300.0), localizer.log_tail()
-    topics = [LASER_TOPIC, ODOMETRY_TOPIC]
-    played = {'bag': str(folder / 'bag'), 'topics': topics, 'wait_for_subscriber_s': 60.0}
+    played = {'bag': str(folder / 'bag'), 'topics': topics, 'wait_for_subscriber_s': 60.0, **pace}
     replay = bench.start('replay', played)
 
     def is_done() -> bool:
         bench.group.check(may_end=[replay])
         return len(poses) >= ENOUGH_POSES
 
-    said = [node.log_tail() for node in (server, localizer, replay)]
+    said = [node.log_tail() for node in (*nodes, localizer, replay)]
     assert bench.wait_for(is_done, 300.0), (len(poses), said)
     published = [pose_from_msg(msg) for msg in poses]
     in_plan = PlanarTrajectory(
