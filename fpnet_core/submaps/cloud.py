@@ -6,10 +6,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import logging
+import math
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
@@ -28,6 +30,8 @@ _BIN_M = 0.1  # numerical: heights at which a column is filled or not
 _FLOOR_M = 0.12  # floor returns scatter by so much
 _CEILING_M = 0.2  # ceiling returns scatter by so much, beams included
 _GAP_M = 0.3  # gaps between floor or ceiling returns up to this are free, too
+_SPACING_POINTS = 50_000  # numerical: points in the middle, whose spacing is measured
+_SPARE = 1.1  # numerical: so many voxels of a thinned cloud hold a point of its surface for sure
 _MIN_BODY_BINS = 2  # at body height, a column filled in fewer bins holds noise
 _TALL_BINS = 2  # above body height a wall fills as many bins, in its column or beside it
 _TALL_SHARE = 0.25  # of obstacles go higher, or else nothing above body height was seen
@@ -44,7 +48,8 @@ def submap_from_cloud(
     Without sensor poses no ray can carve free space. A place is free where floor or ceiling was
     seen and nothing is in between at body height, but for what does not reach up to a lintel:
     that is furniture. Returns at lintel height over seen floor are lintels. What lies apart from
-    the building is dropped, and so is ground without a ceiling where the building has one.
+    the building is dropped, and so is ground without a ceiling where the building has one. Cells
+    between neighbours of a cloud that was thinned to larger voxels are seen as they are.
 
     Parameters
     ----------
@@ -86,23 +91,30 @@ def _chosen(storeys: tuple[StoreyHeights, ...], number: int | None) -> StoreyHei
 
 @dataclass(frozen=True, eq=False)
 class _Columns:
-    """Points by cell ``(P,)`` of a raster of ``shape``, and by height above the floor [m]."""
+    """
+    Points by cell ``(P,)`` of a raster of ``shape``, and by height above the floor [m].
+
+    Neighbours are up to ``apart`` cells and ``bin_m`` apart.
+    """
 
     cell: NDArray[np.int64]
     height: NDArray[np.float64]
     shape: tuple[int, int]
+    apart: int
+    bin_m: float
 
     def seen(self, low_m: float, high_m: float) -> Mask:
         """Return the cells (H, W) with points between two heights."""
         found = np.zeros(self.shape[0] * self.shape[1], dtype=np.bool_)
         found[self.cell[(self.height >= low_m) & (self.height < high_m)]] = True
-        return found.reshape(self.shape)
+        cells = found.reshape(self.shape)
+        return cells if self.apart < 2 else closed(cells, self.apart)
 
     def filled(self, low_m: float, high_m: float) -> NDArray[np.uint8]:
         """Return how many bins between two heights hold points, by cell (H, W)."""
-        bins = np.arange(low_m, high_m - 0.5 * _BIN_M, _BIN_M)
+        bins = np.arange(low_m, high_m - 0.5 * self.bin_m, self.bin_m)
         return sum(
-            (self.seen(low, low + _BIN_M).astype(np.uint8) for low in bins.tolist()),
+            (self.seen(low, low + self.bin_m).astype(np.uint8) for low in bins.tolist()),
             np.zeros(self.shape, dtype=np.uint8),
         )
 
@@ -114,8 +126,13 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
     col_row = np.floor(own[:, :2] / config.resolution_m).astype(np.int64) - corner
     cols, rows = (col_row.max(axis=0) + 1).tolist()
     check_extent(np.array([cols, rows]) * config.resolution_m, config.resolution_m)
+    apart_m = _SPARE * _spacing_m(own)
     columns = _Columns(
-        col_row[:, 1] * cols + col_row[:, 0], own[:, 2] - level.floor_m, (rows, cols)
+        col_row[:, 1] * cols + col_row[:, 0],
+        own[:, 2] - level.floor_m,
+        (rows, cols),
+        math.ceil(apart_m / config.resolution_m),
+        max(_BIN_M, apart_m),
     )
     free, wall, lintel = _told_apart(columns, level, config)
     cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
@@ -123,6 +140,14 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
     x, y = (corner * config.resolution_m).tolist()
     grid = GridMap(cells, config.resolution_m, SE2.from_xy_yaw(x, y, 0.0), 'submap')
     return Submap(grid, lintel, np.zeros((0, 2)))
+
+
+def _spacing_m(points: NDArray[np.float64]) -> float:
+    """Return how far neighbours are apart: the edge of the voxels that a cloud was thinned to."""
+    away = np.abs(points - np.median(points, axis=0)).max(axis=1)
+    count = min(_SPACING_POINTS, len(points))
+    near = points[np.argpartition(away, count - 1)[:count]]
+    return float(np.median(cKDTree(near).query(near, k=2)[0][:, 1])) if count > 1 else 0.0
 
 
 def _told_apart(

@@ -58,6 +58,18 @@ def test_two_rooms_and_the_door_between_them():
     np.testing.assert_allclose(door.ends.mean(axis=0), [WIDTH, np.mean(DOOR_Y)], atol=0.15)
 
 
+@pytest.mark.parametrize('edge', [0.08, 0.1, 0.15])
+@pytest.mark.parametrize('is_turned', [False, True])
+def test_a_cloud_that_was_thinned_to_voxels_shows_the_same_rooms(edge, is_turned):
+    c, s = (np.cos(0.4), np.sin(0.4)) if is_turned else (1.0, 0.0)
+    points = storey() @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    thinned = (np.unique(np.floor(points / edge), axis=0) + 0.5) * edge
+    found = rooms_of(thinned)
+    np.testing.assert_allclose([room.area_m2 for room in found.rooms], WIDTH * DEPTH, rtol=0.12)
+    (door,) = found.portals
+    assert door.width_m == pytest.approx(DOOR_Y[1] - DOOR_Y[0], abs=0.25)
+
+
 def test_where_the_cloud_lies_and_how_it_is_turned_does_not_matter():
     c, s = np.cos(0.4), np.sin(0.4)
     moved = storey() @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
