@@ -32,8 +32,8 @@ from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, run_node
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
+_CLOCK_PERIOD_S = 1 / 40  # given: that of `ros2 bag play --clock`; each node hears every tick
 # Chosen, not measured:
-_CLOCK_PERIOD_S = 0.01
 _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
