@@ -11,6 +11,8 @@ import numpy as np
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed, Topic
 from fpnet_core.geometry.pose_track import MAX_GAP_NS
+from fpnet_core.io.topic_names import is_registered
+from fpnet_core.judging.findings import FEWEST_HZ
 from fpnet_core.stamps import NS_PER_S
 
 # Chosen, not measured:
@@ -55,6 +57,23 @@ def check_gaps(seen: Observed) -> Iterator[Finding]:
             f'{MAX_GAP_NS / NS_PER_S} s apart are left out',
             'publish it at 10 Hz or more (is it throttled?); meanwhile use KISS-ICP (fpnet '
             'localize --odometry kiss)',
+        )
+
+
+def check_rate(seen: Observed) -> Iterator[Finding]:
+    """Yield scans that alone are to tell the motion, and come too rarely to be matched."""
+    topic = seen.topic(seen.scans)
+    if topic is None or len(seen.track) or is_registered(seen.scans):
+        return
+    steps_ns = np.diff(np.unique(topic.stamps_ns))
+    if len(steps_ns) and (rate_hz := NS_PER_S / float(np.median(steps_ns))) < FEWEST_HZ:
+        yield Finding(
+            Problem.RARE,
+            topic.name,
+            f'{rate_hz:.1f} a second, and no other odometry: matching them takes '
+            f'{FEWEST_HZ:.0f} or more where a robot turns',
+            'publish all scans (is the topic throttled, or the network full?), or odometry as '
+            'well (odometry:=both)',
         )
 
 

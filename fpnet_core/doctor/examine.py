@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from fpnet_core.doctor.clocks import check_clocks, check_gaps, check_jumps
+from fpnet_core.doctor.clocks import check_clocks, check_gaps, check_jumps, check_rate
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.frames import check_frames, check_tree
 from fpnet_core.doctor.lag import check_lag
@@ -27,6 +27,7 @@ WIRING = (
     check_jumps,
     check_clocks,
     check_gaps,
+    check_rate,
 )
 """Checks that take no time: of names, QoS, frames and stamps."""
 

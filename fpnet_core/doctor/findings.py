@@ -20,6 +20,7 @@ class Problem(StrEnum):
     CLOCK_JUMP = 'clock jumps'
     OTHER_CLOCK = 'stamps from another clock'
     SPARSE = 'poses too far apart'
+    RARE = 'scans too rare for odometry'
     LAG = 'stamps at the wrong end of the sweep'
     FORMAT = 'scans unreadable'
     BLIND = 'scans without returns'

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import OdometryConfig
+from fpnet_core.doctor.bias import check_bias
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed
 from fpnet_core.errors import FpnetError
@@ -117,6 +118,10 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     astray = _most(drives, [m for m in drives if m.drives_elsewhere])
     off = astray or _most(turns, [m for m in turns if m.turns_otherwise])
     if not off:
+        axes = np.eye(4)
+        axes[:3, :3] = T_child_sensor[:3, :3]
+        moved = [(axes @ m.by_odometry @ axes.T, axes @ m.by_scans @ axes.T) for m in found]
+        yield from check_bias(seen.odometry, moved)
         return
     what, count = ('driving', len(drives)) if astray else ('turning', len(turns))
     worst = max(off, key=lambda each: each.off_m)

@@ -61,6 +61,7 @@ class Robot:
     scan_clock_s: float = 0.0
     jump: tuple[int, float] = (0, 0.0)  # scan, and by how much its clock and later ones' jump [s]
     wheel_scale: float = 1.0
+    drift_deg_per_m: float = 0.0
     mirrored_turns: bool = False
     flips: bool = False  # every second message has the robot the other way round
     scans_per_pose: int = 1  # of the wheels
@@ -109,6 +110,8 @@ def record(path: Path, drive, robot: Robot) -> Path:
             if index:
                 step = np.linalg.inv(wheels[index - 1]) @ wheels[index]
                 step[:3, 3] *= robot.wheel_scale
+                way_m = np.linalg.norm(step[:2, 3])
+                step[:3, :3] @= turned('z', robot.drift_deg_per_m * way_m)[:3, :3]
                 if robot.mirrored_turns:
                     step[:3, :3] = step[:3, :3].T
                 T_wheels = T_wheels @ step
@@ -208,6 +211,18 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
             Problem.SPARSE, '/odom', ['a pose every 1.0 s', '--odometry kiss'],
         ),
         (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry says']),
+        (
+            replace(RIGHT, wheel_scale=1.4),
+            Problem.ODOMETRY, '/odom', ['times the way', 'radius of the wheels'],
+        ),
+        (
+            replace(RIGHT, T_mount_lidar=turned('z', 20.0)),
+            Problem.ODOMETRY, '/odom', ['20 degrees to one side', 'the static transform'],
+        ),
+        (
+            replace(RIGHT, drift_deg_per_m=4.0),
+            Problem.ODOMETRY, '/odom', ['degrees a metre that nobody drove'],
+        ),
         (replace(RIGHT, flips=True), Problem.ODOMETRY, '/odom', ['as no robot does', 'two nodes']),
         (replace(RIGHT, mirrored_turns=True), Problem.ODOMETRY, '/odom', ['degrees, the scans']),
         (

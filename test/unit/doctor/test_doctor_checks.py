@@ -11,7 +11,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
-from fpnet_core.doctor.clocks import check_clocks
+from fpnet_core.doctor.bias import check_bias
+from fpnet_core.doctor.clocks import check_clocks, check_rate
 from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.motion import Motion, check_odometry
@@ -228,3 +229,52 @@ def test_scans_that_leap_are_not_odometry_s_fault():
     (finding,) = check_odometry(seen, scans)
     assert (finding.problem, finding.where) == (Problem.REGISTRATION, '/points')
     assert list(check_odometry(seen, driven)) == []
+
+
+def _driven(way=1.0, mount_deg=0.0, drift_deg_per_m=0.0, gain=1.0, count=80):
+    """Return motions of 0.3 m with turns, by odometry that is wrong so, and by noisy scans."""
+    rng, moved = np.random.default_rng(0), []
+    for k in range(count):
+        turn_deg = 8.0 * np.sin(0.3 * k)
+        by_scans = _moved(0.3 + rng.normal(0.0, 0.01), turn_deg + rng.normal(0.0, 0.2))
+        by_odometry = _moved(0.3 * way, gain * turn_deg + 0.3 * drift_deg_per_m)
+        by_odometry[:2, 3] = _moved(0.0, mount_deg)[:2, :2] @ by_odometry[:2, 3]
+        moved.append((by_odometry, by_scans))
+    return moved
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'words'),
+    [
+        ({'way': 1.4}, ['1.40 times the way', 'radius']),
+        ({'way': 0.8}, ['0.80 times the way']),
+        ({'mount_deg': 20.0}, ['20 degrees to one side', 'by 20 degrees']),
+        ({'mount_deg': -20.0}, ['20 degrees to one side', 'by -20 degrees']),
+        ({'drift_deg_per_m': 1.0}, ['0.9 degrees a metre that nobody drove', 'offset']),
+        ({'gain': 1.3}, ['1.29 times the turns', 'distance between the wheels']),
+    ],
+)
+def test_what_is_steadily_wrong_with_an_odometry_is_measured(wrong, words):
+    (finding,) = check_bias('/odom', _driven(**wrong))
+    assert (finding.problem, finding.where) == (Problem.ODOMETRY, '/odom')
+    assert all(word in f'{finding.evidence} {finding.next}' for word in words), finding.said
+
+
+@pytest.mark.parametrize(
+    'right', [{}, {'way': 1.04, 'mount_deg': 2.0, 'drift_deg_per_m': 0.2, 'gain': 1.03}]
+)
+def test_wear_and_short_drives_are_no_bias(right):
+    assert list(check_bias('/odom', _driven(**right))) == []
+    assert list(check_bias('/odom', _driven(way=1.4, count=4))) == []
+    assert list(check_bias('/odom', [(np.eye(4), np.eye(4))] * 40)) == []
+
+
+@pytest.mark.parametrize(('hz', 'is_rare'), [(2.0, True), (10.0, False)])
+def test_scans_that_alone_tell_the_motion_must_come_often(hz, is_rare):
+    stamps_ns = [round(k * NS_PER_S / hz) for k in range(1, 20)]
+    seen = Observed(10.0, (topic('/points', POINT_CLOUD, stamps_ns),), '/points')
+    found = list(check_rate(seen))
+    assert [finding.problem for finding in found] == [Problem.RARE] * is_rare
+    assert not is_rare or '2.0 a second' in found[0].said
+    told = replace(seen, track=PoseTrack.of([(k, np.eye(4)) for k in stamps_ns]))
+    assert list(check_rate(told)) == []

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What is steadily wrong with an odometry: too small for any half second, plain over a drive.
+
+Least squares over all motions tell the way and the direction that odometry makes of the motion by
+the scans, and the turn that it adds to every metre and to every turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.doctor.findings import Finding, Problem
+
+Array = NDArray[np.float64]
+
+_SIGMAS = 3.0  # given: what lies so many standard deviations off is no chance
+# Physical: tyres, loads and floors make so much of it in time, which the localizer follows.
+_WAY, _TURNED, _MOUNT_RAD, _DRIFT_RADPM = 0.1, 0.1, math.radians(5.0), math.radians(0.5)
+# Physical: less way, fewer turns or motions tell nothing steady.
+_FEWEST_M, _FEWEST_RAD, _FEWEST = 2.0, math.radians(90.0), 8
+
+
+def check_bias(where: str, moved: Sequence[tuple[Array, Array]]) -> Iterator[Finding]:
+    """
+    Yield what an odometry, heard on ``where``, is steadily wrong by.
+
+    ``moved`` are motions ``(4, 4)`` by odometry and by the scans, the robot's axes.
+    """
+    way = np.array([[T[0, 3] + 1j * T[1, 3] for T in pair] for pair in moved]).reshape(-1, 2)
+    driven_m = np.abs(way[:, 1])
+    if len(way) < _FEWEST or driven_m.sum() < _FEWEST_M:
+        return
+    told = f'over {driven_m.sum():.0f} m of driving, by the scans,'
+    (factor,), (sigma,) = _fitted(way[:, 1:], way[:, 0])
+    if _is_off(abs(factor) - 1.0, sigma, _WAY):
+        fix = 'set the radius of the wheels, or the ticks of a turn of them, in its driver'
+        yield _found(where, f'{told} it reports {abs(factor):.2f} times the way', fix)
+    if _is_off(float(np.angle(factor)), sigma, _MOUNT_RAD):
+        turned_deg = math.degrees(np.angle(factor))
+        fix = f'turn the yaw of the static transform to the sensor by {turned_deg:.0f} degrees'
+        yield _found(where, f'{told} it drives {abs(turned_deg):.0f} degrees to one side', fix)
+    turn = np.array([[math.atan2(T[1, 0], T[0, 0]) for T in pair] for pair in moved])
+    (drift, gain), sigmas = _fitted(np.stack([driven_m, turn[:, 1]], axis=1), turn[:, 0])
+    if _is_off(float(drift), sigmas[0], _DRIFT_RADPM):
+        fix = "calibrate the gyro's offset, or the radii of the wheels against each other"
+        said = (
+            f'{told} it turns by {math.degrees(abs(drift)):.1f} degrees a metre that nobody drove'
+        )
+        yield _found(where, said, fix)
+    has_turned = np.abs(turn[:, 1]).sum() > _FEWEST_RAD
+    if has_turned and _is_off(float(gain) - 1.0, sigmas[1], _TURNED):
+        fix = "set the distance between the wheels, or the gyro's scale, in its driver"
+        yield _found(where, f'{told} it reports {float(gain):.2f} times the turns', fix)
+
+
+def _found(where: str, said: str, fix: str) -> Finding:
+    return Finding(Problem.ODOMETRY, where, said, f'{fix}; meanwhile use KISS-ICP')
+
+
+def _is_off(value: float, sigma: float, tolerated: float) -> bool:
+    return abs(value) - _SIGMAS * sigma > tolerated
+
+
+def _fitted(of: NDArray[Any], to: NDArray[Any]) -> tuple[Array, Array]:
+    """Return the factors ``(F,)`` that make ``to (N,)`` of ``of (N, F)``, and their deviations."""
+    inverse = np.linalg.pinv(of)
+    factors = inverse @ to
+    left = np.linalg.norm(to - of @ factors) / math.sqrt(max(len(to) - of.shape[1], 1))
+    return factors, np.asarray(left * np.linalg.norm(inverse, axis=1))
