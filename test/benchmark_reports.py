@@ -101,6 +101,21 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+FAULT = {
+    'drives': 10,
+    'before': 9,
+    'recovered': 8,
+    'recovery_s_median': 1.5,
+    'recovery_s_max': 4.0,
+    'off': 12,
+    'longest_s': 0.9,
+    'long_off': 0,
+    'wrong': 3,
+    'localized': 0.91,
+    'first_m': 2.4,
+    'median_m': 0.07,
+}
+NO_RECOVERY = {'recovered': 0, 'recovery_s_median': None, 'recovery_s_max': None}
 WIRED = {
     'robot': '3D lidar alone',
     'sweeps': 449,
@@ -377,6 +392,7 @@ REPORTS = {
     'real_logs': lambda: {'logs': {'intel': {'nothing': RUN, 'unknown': NOTHING}}},
     'robot': robot,
     'drift': lambda: {'drives': [DRIVE]},
+    'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
     'speed': lambda: {'figures': {'match call': TIMED, 'a start': TIMED | {'aim_s': None}}},
     'wirings': lambda: {'robots': [WIRED, WIRED | {'twist_error': None}]},

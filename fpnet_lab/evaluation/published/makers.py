@@ -206,6 +206,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'robot': runs.robot,
     'drift': runs.drift,
     'carried_off': runs.carried_off,
+    'faults': runs.faults,
     'speed': runs.speed,
     'sites': sites,
     'segmentation': rooms.segmentation,

@@ -79,6 +79,21 @@ _CARRIED = (
     Column('right poses', 'right_poses'),
 )
 
+_RECOVERY = (('recovery_s_median', Units.SECONDS), ('recovery_s_max', Units.SECONDS))
+_FAULTS = (
+    Column('fault', 'name'),
+    Column('localized before', of('before', 'drives')),
+    Column('recovered', 'recovered'),
+    Column('after, median and most', together(*_RECOVERY)),
+    Column('poses off', 'off'),
+    Column('longest', 'longest_s', Units.SECONDS),
+    Column('drives off for more than 1 s', 'long_off'),
+    Column('wrong poses', 'wrong'),
+    Column('time localized', 'localized', Units.SHARE),
+    Column('first pose', 'first_m', Units.PATH),
+    Column('median error', 'median_m', Units.METRES),
+)
+
 _MB = Unit(' MB')
 _HOUR = (  # numerical: digits
     ('tick, median', 'tick_ms_p50', Units.MS),
@@ -213,6 +228,11 @@ def carried_off(report: Row) -> Figures:
     }
     rows = named({title: report['ways'][way] for title, way in titles.items()})
     return {'': Table.of(_CARRIED, rows)}, {'drives': str(len(report['drives']))}
+
+
+def faults(report: Row) -> Figures:
+    """Return what is published while inputs are broken."""
+    return {'': Table.of(_FAULTS, named(report['faults']))}, {}
 
 
 def long_run(report: Row) -> Figures:

@@ -147,6 +147,10 @@ def test_figures_of_long_drives():
     assert rows(drift['drift.rough'])[2][1:] == ['never claimed', 'never claimed']
     carried = published('carried_off', REPORTS['carried_off'](), MADE)
     assert rows(carried['carried_off'])[2][1:] == ['11', '4', '1.1 s, 3.0 s', '111', '7', '1031']
+    _, _, none, gap = rows(published('faults', REPORTS['faults'](), MADE)['faults'])
+    assert none[:5] == ['none', '9 of 10', '8', '1.5 s, 4.0 s', '12']
+    assert none[5:] == ['0.9 s', '0', '3', '91 %', '2.4 m', '0.07 m']
+    assert gap[2:4] == ['0', '']
 
 
 @pytest.mark.parametrize(('name', 'content'), [('drawings', {'half': 'tune'}), ('nothing', {})])
