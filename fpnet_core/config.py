@@ -163,7 +163,10 @@ class LocalizerConfig(Section):
         3, ge=1, description='So many such ticks in a row begin a new submap.'
     )
     max_speed_mps: float = Field(
-        10.0, gt=0.0, description='A faster odometry step is a new odometry frame.'
+        10.0,
+        gt=0.0,
+        description='Top speed of the robot: faster odometry has broken unless walls say '
+        'otherwise.',
     )
     stale_scans_before_restart: int = Field(
         20, ge=1, description='Scans in a row from the past before the clock is taken as reset.'

@@ -263,14 +263,15 @@ class Judge:
         log_p = self._model.log_probability(evidence)
         return np.asarray(log_p[:-1] - log_p[-1])
 
-    def told(self, verdict: Verdict, agrees: NDArray[np.bool_]) -> Verdict:
+    def told(self, verdict: Verdict, agrees: NDArray[np.bool_], log_odds: float = WORD) -> Verdict:
         """
         Return the verdict after someone's word that the placement is one that ``agrees (C,)``.
 
+        ``log_odds`` are those of the word.
         The others lose; none of them here and another building stay as probable against those
         that agree as they were, so that a word proves nothing and never makes less sure.
         """
-        weights = verdict.weights - np.where(agrees, 0.0, WORD)
+        weights = verdict.weights - np.where(agrees, 0.0, log_odds)
         return self.verdict(
             verdict.placements, verdict.evidence, weights, verdict.none_weight, verdict.beside
         )

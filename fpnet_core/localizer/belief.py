@@ -8,12 +8,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logit
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.pose.estimate import DISTINCT_M
+from fpnet_core.submaps.recent import RECENT_M
 from fpnet_core.types import Status
 
 _MIRROR_LOG_ODDS = 5.3  # nats: a prior, one drawing in two hundred is a mirror image; chosen
@@ -101,8 +103,8 @@ class Sight:
         submap may have been re-anchored.
     robot_xy : (2,)
         Where the robot is in the submap [m]; None without one.
-    floor_m2
-        Free space seen so far.
+    floor_m2, driven_m
+        Free space seen so far, and the way on which that was.
     needs_news
         A claim asks for more of it between the ticks that confirm it.
     scales
@@ -120,6 +122,7 @@ class Sight:
     A_submap_odom: Affine2D
     robot_xy: NDArray[np.float64] | None = None
     floor_m2: float = 0.0
+    driven_m: float = 0.0
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
     storey: str = ''
@@ -137,7 +140,9 @@ class HypothesisTracker:
     storey of the site; it is kept until the
     probability falls below ``release_probability``, so that it neither flickers nor outlives its
     evidence. What a robot sees again from where it stands confirms nothing, however often it
-    looks: between two wins that count the submap must have grown, unless the caller knows better.
+    looks: between two wins that count the submap must have grown, unless the caller knows better,
+    or it has driven and the odds are those of as many independent sure looks: floor that was seen
+    before counts.
     """
 
     config: LocalizerConfig
@@ -250,7 +255,10 @@ class HypothesisTracker:
         # A new leader has won once, whatever the one before it did.
         before = standing.sure_wins if is_sure and standing.wins > 1 else 0
         is_old = sight.floor_m2 < standing.sure_of_m2 + _NEWS_M2
-        if before and sight.needs_news and is_old:
+        # As sure as all of them together, from more than one place: seen before, it counts.
+        together = self.config.confirm_ticks * logit(self.config.claim_probability)
+        counts = sight.driven_m > RECENT_M and logit(probability) >= together
+        if before and sight.needs_news and is_old and not counts:
             return standing
         return replace(standing, sure_wins=before + int(is_sure), sure_of_m2=sight.floor_m2)
 

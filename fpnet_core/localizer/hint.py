@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
+from fpnet_core.judging.judge import WORD
 
 _log = logging.getLogger(__name__)
 
@@ -29,7 +30,7 @@ class PoseHint:
 
     ``is_doubted`` once a tick found nothing near it: it was said, and it counts for nothing but
     the choice between placements. ``storey`` is the one whose plan it is on; empty: the one in
-    force.
+    force. ``log_odds`` are those of its being right.
     """
 
     T_plan_base: SE2
@@ -38,6 +39,7 @@ class PoseHint:
     yaw_sigma_rad: float = 0.0
     is_doubted: bool = False
     storey: str = ''
+    log_odds: float = WORD
 
     @property
     def radius_m(self) -> float:

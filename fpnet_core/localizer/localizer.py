@@ -13,16 +13,18 @@ import threading
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logit
 
 from fpnet_core.config import FpnetConfig, LocalizerConfig, ScalePolicy
 from fpnet_core.doctor.sensor import MountVotes
 from fpnet_core.errors import OdometryError, StateError
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.io.scans import Scan
 from fpnet_core.judging import Judge
+from fpnet_core.judging.judge import WORD
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
-from fpnet_core.localizer.continuity import Break, Continuity
+from fpnet_core.localizer.continuity import Break, Continuity, KnownWalls
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
@@ -31,7 +33,7 @@ from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_st
 from fpnet_core.localizer.storeys import StoreyPlan, check_weights, prepared_storeys
 from fpnet_core.localizer.tick import Seen, TickState, tick
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import MapSide
+from fpnet_core.pose import MapEvidence, MapSide
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import SubmapBuilder
@@ -81,6 +83,7 @@ class Localizer:
         self._is_solved = False  # a tick has seen all that there is
         self._restored: LocalizerState | None = None  # until its floorplan has come
         self._said = Snapshot(LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN))
+        self._walls = KnownWalls()
 
     @property
     def plan(self) -> MapSide | None:
@@ -159,10 +162,15 @@ class Localizer:
         """
         pose = checked_rigid(T_odom_sensor)
         with self._lock:
-            broken = self._continuity.check(stamp_ns, pose)
+            look = self._builder.look(points, pose, viewpoints)
+            is_placed = self._said.output.A_plan_odom is not None
+            broken = self._continuity.check(
+                stamp_ns, pose, look.body_xy, self._known(), knows_all=is_placed
+            )
             if broken is not None:
-                self._bridge(broken, stamp_ns)
-            self._builder.add_scan(points, pose, stamp_ns, viewpoints)
+                self._bridge(broken, stamp_ns, pose)
+                look = self._builder.look(points, pose, viewpoints)
+            self._builder.add(look, stamp_ns)
             self._mount.look(Scan(stamp_ns, points, T_odom_sensor=pose))
             self._continuity.go_on_from(stamp_ns, pose)
 
@@ -322,6 +330,14 @@ class Localizer:
             self._continuity.go_on_from(saved.stamp_ns, saved.T_odom_sensor)
         return saved.odometry
 
+    def _known(self) -> MapEvidence | None:
+        """Return the walls that are known where the robot was last."""
+        said, last, recent = self._said, self._continuity.last, self._builder.recent_xy
+        if last is None:
+            return None
+        drawn = None if said.plan is None else said.plan.nominal.evidence.walls
+        return self._walls.around(last[1][:2, 3], recent, drawn, said.output.A_plan_odom)
+
     def _keep(self, state: TickState, output: LocalizerOutput) -> None:
         """Take what a tick has led to."""
         self._state, self._is_solved = state, True
@@ -333,19 +349,32 @@ class Localizer:
             on = (plan for plan in state.storeys if plan.name == output.storey)
             self._said = Snapshot(output, next(on, state.plan))
 
-    def _bridge(self, broken: Break, stamp_ns: int) -> None:
-        """Start anew, with the placements where they would be in the new frame."""
+    def _bridge(self, broken: Break, stamp_ns: int, pose: NDArray[np.float64]) -> None:
+        """
+        Start anew, with the placements where they would be in the new frame.
+
+        A claim tells where the robot is there, as surely as it stood and the walls have shown
+        where the new frame lies.
+        """
         kind, (last_kind, last_ns) = re.sub(r'\d+', '', broken.reason), self._broken
         if kind != last_kind or not 0 <= stamp_ns - last_ns < _NEWS_NS:
             _log.warning('%s; starting anew', broken.reason)
         self._broken = kind, stamp_ns
-        tracked, restored = self._state.tracked, self._restored
+        tracked, restored, said = self._state.tracked, self._restored, self._said.output
         self._start_anew(broken.reason)
         if broken.T_old_new is not None:
             self._state = replace(self._state, tracked=tracked @ broken.T_old_new)
             if restored is not None:
                 moved = restored.placements @ broken.T_old_new
                 self._restored = replace(restored, placements=moved)
+            T_odom_sensor = SE2.from_matrix4(pose)
+            T_plan_sensor = said.pose((broken.T_old_new @ T_odom_sensor).as_matrix4())
+            log_odds = min(WORD, float(logit(said.probability * broken.probability)))
+            if T_plan_sensor is not None and log_odds > 0.0:
+                hint = PoseHint(
+                    T_plan_sensor, T_odom_sensor, storey=said.storey, log_odds=log_odds
+                )
+                self._state = self._state.told(hint)
 
     def _start_anew(self, why: str = '') -> None:
         self._builder.reset()

@@ -49,6 +49,7 @@ from fpnet_core.pose.uncertainty import (
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.spread import PoseSpread, Signs
 from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import path_length
 from fpnet_core.types import LocalizerOutput, Status, Submap
 
 
@@ -329,7 +330,7 @@ class _Tick:
             return verdict, hint
         A_submap_odom = self.submap.T_odom_submap.inv()
         agrees = hint.agreeing(verdict.placements, A_submap_odom)
-        told = self.finder.judge.told(verdict, agrees)
+        told = self.finder.judge.told(verdict, agrees, hint.log_odds)
         is_heeded = bool(hint.agreeing(told.placements.take(slice(1)), A_submap_odom)[0])
         return (told if is_heeded else verdict), hint.after(is_heeded)
 
@@ -343,6 +344,7 @@ class _Tick:
             self.submap.T_odom_submap.inv(),
             self.robot_xy,
             floor_m2=area_m2,
+            driven_m=path_length(self.submap.path_xy),
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',

@@ -35,11 +35,11 @@ def warm_up(localizer: Localizer) -> None:
     left = _toy_scan()
     voxel_means(left.astype(np.float64), _SPACING_M)  # of odometry, where one process does both
     right = left * np.array([-1.0, 1.0, 1.0], dtype=np.float32)
-    T_left_right = np.eye(4)
-    T_left_right[0, 3] = _ROOM_M[0] + _WALL_M
-    for index, (scan, pose) in enumerate(((left, np.eye(4)), (right, T_left_right))):
-        stamp_ns = (index + 1) * _SCAN_NS
-        localizer.add_scan(scan, pose, stamp_ns)
+    seen_from = np.zeros((2, len(left), 3), dtype=np.float32)
+    seen_from[1, :, 0] = _ROOM_M[0] + _WALL_M
+    both = np.concatenate([left, right + seen_from[1]])
+    for stamp_ns in (_SCAN_NS, 2 * _SCAN_NS):
+        localizer.add_scan(both, np.eye(4), stamp_ns, seen_from.reshape(-1, 3))
         localizer.tick(stamp_ns)
 
 

@@ -82,10 +82,13 @@ def coarse_support(
 
 
 def wall_support(
-    plan: MapEvidence, walls: NDArray[np.float64], candidates: Placements
+    plan: MapEvidence,
+    walls: NDArray[np.float64],
+    candidates: Placements,
+    sigma_m: float = WALL_SIGMA_M,
 ) -> NDArray[np.float64]:
     """Return the share of ``walls (P, 2)`` that ``C`` candidates put on drawn walls, ``(C,)``."""
-    support, _ = _forward_scores(plan, walls, np.zeros((0, 2)), candidates, WALL_SIGMA_M)
+    support, _ = _forward_scores(plan, walls, np.zeros((0, 2)), candidates, sigma_m)
     return support
 
 

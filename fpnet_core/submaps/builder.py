@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import checked_rigid
-from fpnet_core.submaps.heights import HeightTracker
+from fpnet_core.submaps.heights import HeightBands, HeightTracker
 from fpnet_core.submaps.raster import CountRaster
 from fpnet_core.submaps.recent import RecentReturns, is_last_seen
 from fpnet_core.types import Submap
@@ -27,6 +28,28 @@ _PATH_BLOCK = 1024
 _SAME_ORIGIN_M = 0.05
 # Numerical: fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
+
+
+@dataclass(frozen=True, eq=False)
+class Carving:
+    """
+    A scan ready to be carved: rays from ``begins (P, 3)`` to ``cloud (P, 3)``, sensor frame [m].
+
+    They end at ``ends (P, 3)``, odom, returns where ``is_return (P,)``. ``is_body (P,)`` are those
+    at body height, as of ``bands``; None where there are no rays.
+    """
+
+    pose: NDArray[np.float64]
+    begins: NDArray[np.float64]
+    ends: NDArray[np.float64]
+    is_return: NDArray[np.bool_]
+    is_body: NDArray[np.bool_]
+    bands: HeightBands | None
+
+    @property
+    def body_xy(self) -> NDArray[np.float64]:
+        """Returns at body height ``(P, 2)``, odom [m]."""
+        return self.ends[self.is_body, :2]
 
 
 class SubmapBuilder:
@@ -66,6 +89,8 @@ class SubmapBuilder:
         """
         Carve one scan into the raster; state is unchanged when an error is raised.
 
+        As :meth:`look` and :meth:`add`, in one go.
+
         Parameters
         ----------
         points : (P, 3) float32, sensor frame [m]; zero points only move the robot's path
@@ -80,17 +105,39 @@ class SubmapBuilder:
         OdometryError
             If the pose is not a rigid transform or lies absurdly far from the start.
         """
+        self.add(self.look(points, T_odom_sensor, viewpoints), stamp_ns)
+
+    def look(
+        self, points: ArrayLike, T_odom_sensor: ArrayLike, viewpoints: ArrayLike | None = None
+    ) -> Carving:
+        """Return what a scan sees, as of :meth:`add_scan`; the submap stays without it."""
         cloud = _checked_points(points)
         begins = np.zeros_like(cloud) if viewpoints is None else _checked_points(viewpoints)
         if begins.shape != cloud.shape:
             raise CloudFormatError(f'scan: {len(cloud)} points but {len(begins)} viewpoints')
         pose = checked_rigid(T_odom_sensor)
         chosen = self._subsample(cloud if viewpoints is None else cloud - begins)
-        if len(chosen):
-            self._carve(cloud[chosen], begins[chosen], pose)
-        self._extend_path(pose[:2, 3])
+        cloud, begins = cloud[chosen], begins[chosen]
+        ends, is_return = self._ray_ends(cloud, begins, pose)
+        if not len(chosen):
+            return Carving(pose, begins, ends, is_return, is_return, None)
+        heights = cloud @ pose[2, :3] + pose[2, 3]
+        bands = self._heights.update(cloud - begins, heights, float(pose[2, 3]))
+        is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
+        return Carving(pose, begins, ends, is_return, is_body, bands)
+
+    def add(self, scan: Carving, stamp_ns: int) -> None:
+        """Carve what :meth:`look` has returned, seen at ``stamp_ns``."""
+        if scan.bands is not None:
+            self._carve(scan, scan.bands)
+        self._extend_path(scan.pose[:2, 3])
         self._scans += 1
         self._stamp_ns = int(stamp_ns)
+
+    @property
+    def recent_xy(self) -> NDArray[np.float64]:
+        """Returns at body height over the last two metres ``(P, 2)``, odom [m]."""
+        return self._recent.unbent
 
     def take(self) -> Submap | None:
         """Return the submap of everything so far; None where nothing came since the last one."""
@@ -148,29 +195,20 @@ class SubmapBuilder:
         builder._scans, builder._id, builder._stamp_ns = map(int, scans)
         return builder
 
-    def _carve(
-        self,
-        cloud: NDArray[np.float64],
-        begins: NDArray[np.float64],
-        pose: NDArray[np.float64],
-    ) -> None:
-        """Count rays from ``begins (P, 3)`` to ``cloud (P, 3)``, both in the sensor frame."""
-        ends, is_return = self._ray_ends(cloud, begins, pose)
-        origins, of_ray = _origins(begins)
+    def _carve(self, scan: Carving, bands: HeightBands) -> None:
+        ends, pose = scan.ends, scan.pose
+        origins, of_ray = _origins(scan.begins)
         origins = origins @ pose[:3, :3].T + pose[:3, 3]
         for number, origin in enumerate(origins):
             self._raster.reserve(origin, ends[of_ray == number])
-        heights = cloud @ pose[2, :3] + pose[2, 3]
-        bands = self._heights.update(cloud - begins, heights, float(pose[2, 3]))
-        is_wall = is_return.copy()
+        is_wall = scan.is_return.copy()
         for number, origin in enumerate(origins):
             own = of_ray == number
-            self._raster.carve(origin, ends[own], is_return[own], bands)
-            own &= is_return
+            self._raster.carve(origin, ends[own], scan.is_return[own], bands)
+            own &= scan.is_return
             is_wall[own] = is_last_seen(ends[own, :2] - origin[:2])
-        is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
         yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
-        self._recent.add(ends[is_body, :2], is_wall[is_body], pose[:2, 3], yaw)
+        self._recent.add(scan.body_xy, is_wall[scan.is_body], pose[:2, 3], yaw)
 
     def _subsample(self, rays: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return which rays to keep: not the near ones, an even, changing choice of the others."""

@@ -15,6 +15,7 @@ _SCANS = 24  # numerical
 RECENT_M = _STEP_M * _SCANS
 """Numerical: the path over which recent returns were seen; less where the robot turns."""
 
+_UNBENT = 8  # numerical: scans over so little of the path that no drift has bent what they saw
 # Numerical: the newest scans, of which a scanner that does not repeat itself needs more than one.
 _NEWEST = 3
 # Numerical: so many returns of a scan are kept, and one in each square of this edge is handed out.
@@ -33,6 +34,8 @@ class RecentReturns:
         self._walls: deque[NDArray[np.float64]] = deque(maxlen=_NEWEST)
         self._place = np.full(2, np.inf)
         self._yaw = 0.0
+        self.unbent: NDArray[np.float64] = np.zeros((0, 2))
+        """Returns of the last few kept scans ``(P, 2)`` [m]; the same until one is kept."""
 
     def add(
         self,
@@ -54,6 +57,7 @@ class RecentReturns:
             return
         self._place, self._yaw = xy.copy(), yaw
         self._scans.append(self._newest[-1])
+        self.unbent = np.concatenate(list(self._scans)[-_UNBENT:])
 
     def points(self) -> NDArray[np.float64]:
         """Return the kept returns ``(P, 2)``, thinned evenly [m]."""

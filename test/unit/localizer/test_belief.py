@@ -97,6 +97,20 @@ def test_looking_again_at_the_same_floor_confirms_nothing():
     assert statuses == [Status.AMBIGUOUS] * 6 + [Status.LOCALIZED]
 
 
+def test_a_look_as_sure_as_all_of_them_needs_no_more_floor():
+    """As where a floorplan comes after the robot has seen the building."""
+    for weight, driven_m, status in (
+        (13.0, 20.0, Status.AMBIGUOUS),
+        (15.0, 0.0, Status.AMBIGUOUS),  # it stands
+        (15.0, 20.0, Status.LOCALIZED),
+    ):
+        following, tick = Following(), verdict((HERE, weight), (THERE, 0.0), none=-9.0)
+        seen = {'floor_m2': 90.0, 'driven_m': driven_m, 'needs_news': True}
+        for _ in range(CONFIG.confirm_ticks):
+            belief = following.update(tick, NO_MIRROR, **seen)
+        assert belief.status is status
+
+
 def test_walls_that_fill_in_as_the_robot_stands_are_no_news():
     following = Following()
     for share in (0.5, 0.7, 1.0, 1.0):
