@@ -13,6 +13,7 @@ import numpy as np
 from fpnet_core.errors import OdometryError
 from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.trajectories import Trajectory
+from fpnet_core.stamps import NS_PER_S
 
 _SAME_TIME_NS = 50_000_000  # half a sweep; KISS-ICP writes a bag's time of recording; chosen
 
@@ -24,7 +25,8 @@ class PosedScans:
 
     One pose for each scan: they go together in their order, whatever the times say. KISS-ICP
     numbers the scans of a folder and rounds those of a bag. Else each scan takes the pose nearest
-    in time, and scans without one within 50 ms are left out.
+    in time, and scans without one within 50 ms are left out. The poses undo the motion during
+    each sweep whose points have times, but for the first one's.
 
     Raises
     ------
@@ -60,7 +62,19 @@ class PosedScans:
         return len(self.source)
 
     def __iter__(self) -> Iterator[Scan]:
-        """Yield the scans that have a pose."""
+        """Yield the scans that have a pose, without the motion during their sweeps."""
+        last_ns, T_last = 0, None
+        for scan in self._posed():
+            now_ns, T_now = scan.stamp_ns, scan.T_odom_sensor
+            assert T_now is not None
+            if T_last is None or now_ns <= last_ns:
+                yield scan
+            else:
+                seconds = (now_ns - last_ns) / NS_PER_S
+                yield scan.without_motion(np.linalg.inv(T_last) @ T_now, seconds)
+            last_ns, T_last = now_ns, T_now
+
+    def _posed(self) -> Iterator[Scan]:
         if len(self.poses) == len(self.source):
             for scan, T_odom_sensor in zip(self.source, self.poses.T_frame_body, strict=False):
                 yield replace(scan, T_odom_sensor=T_odom_sensor)

@@ -58,15 +58,22 @@ class Scan:
             return self.stamp_ns
         return self.stamp_ns - round(float(self.time_s.max()) * NS_PER_S)
 
-    def without_motion(self, T_first_last: NDArray[np.float64]) -> Self:
-        """Return all points as seen at the stamp, given the sensor's motion since the first."""
+    def without_motion(
+        self, T_before_now: NDArray[np.float64], seconds: float | None = None
+    ) -> Self:
+        """
+        Return all points as seen at the stamp, given the sensor's motion up to it.
+
+        ``seconds`` are those that the motion took; None: since the first point.
+        """
         if self.time_s is None or self.first_ns == self.stamp_ns:
             return self
-        share = self.time_s / self.time_s.max() - 1.0
+        last_s = float(self.time_s.max())
+        share = (self.time_s - last_s) / (seconds or last_s)
         begins = self.viewpoints
         if begins is not None:
-            begins = carried(begins, T_first_last, share).astype(np.float32)
-        points = carried(self.points, T_first_last, share).astype(np.float32)
+            begins = carried(begins, T_before_now, share).astype(np.float32)
+        points = carried(self.points, T_before_now, share).astype(np.float32)
         return replace(self, points=points, viewpoints=begins, time_s=None)
 
 

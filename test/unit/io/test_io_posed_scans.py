@@ -8,7 +8,8 @@ import pytest
 from fpnet_core.errors import OdometryError
 from fpnet_core.io.posed_scans import PosedScans
 from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import read_poses, write_tum
+from fpnet_core.io.scans import Scan
+from fpnet_core.io.trajectories import Trajectory, read_poses, write_tum
 
 COUNT = 5
 XY = np.stack([np.arange(COUNT), np.zeros(COUNT)], axis=1)
@@ -59,3 +60,42 @@ def test_poses_in_any_order_and_ties_to_the_nearest(scans, tmp_path):
 def test_poses_of_another_recording_are_refused(scans, tmp_path):
     with pytest.raises(OdometryError, match='3 poses for 5 scans'):
         posed(scans, tmp_path, np.arange(3) + 10**15, XY[:3])
+
+
+class Wall:
+    """A robot drives towards a wall at 2 m/s, and every sweep takes three quarters of a period."""
+
+    kind = 'bag'
+    has_poses = False
+    ages_s = np.linspace(0.075, 0.0, 16)
+
+    def __len__(self):
+        return COUNT
+
+    def __iter__(self):
+        for stamp_ns, x in zip(self.stamps_ns, self.x, strict=True):
+            seen_from = x - 2.0 * self.ages_s
+            points = np.stack([5.0 - seen_from, *np.ones((2, 16))], axis=1).astype(np.float32)
+            yield Scan(int(stamp_ns), points, time_s=self.ages_s[0] - self.ages_s)
+
+    @property
+    def stamps_ns(self):
+        return np.arange(COUNT) * 100_000_000
+
+    @property
+    def x(self):
+        return 2e-9 * self.stamps_ns
+
+    def poses(self):
+        poses = np.tile(np.eye(4), (COUNT, 1, 1))
+        poses[:, 0, 3] = self.x
+        return Trajectory(self.stamps_ns, poses)
+
+
+def test_poses_undo_the_motion_during_a_sweep():
+    """The first one has no pose before it, and stays bent by the 15 cm of its three quarters."""
+    bent, *still = PosedScans(Wall(), Wall().poses())
+    assert len(still) == COUNT - 1
+    for scan in still:
+        np.testing.assert_allclose(scan.points[:, 0] + scan.T_odom_sensor[0, 3], 5.0, atol=1e-5)
+    assert np.isclose(np.ptp(bent.points[:, 0]), 0.15)
