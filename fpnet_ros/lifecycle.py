@@ -23,6 +23,7 @@ from fpnet_ros.bond import Bond
 from fpnet_ros.optional_messages import NO_BOND, BondStatus
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.runtime import described, run_node
+from fpnet_ros.work import in_background
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 ERROR = TransitionCallbackReturn.ERROR
@@ -44,10 +45,12 @@ class ManagedNode(OwnValues, LifecycleNode):
     """
     A lifecycle node whose transitions are four methods to override.
 
-    Each may raise. Bad input (an FpnetError) fails the transition, and the node stays where it
-    was; anything else is a defect: the node gives up everything and is unconfigured again. Either
-    is logged once. What ``configure`` makes with the ``add_...`` methods is destroyed when
-    the node is cleaned up, and publishes only while active. One that does not start itself has a
+    Before the first one :meth:`prepare` runs, beside the executor's thread where
+    :func:`run_managed` runs the node. Each may raise. Bad input (an FpnetError) fails the
+    transition, and the node stays where it was; anything else is a defect: the node gives up
+    everything and is unconfigured again. Either is logged once. What ``configure`` makes with the
+    ``add_...`` methods is destroyed when the node is cleaned up, and publishes only while active.
+    One that does not start itself has a
     bond to whoever does.
     """
 
@@ -56,6 +59,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         self.is_active = False
         self._autostart = ParameterTree(self, LifecycleParameters).value.autostart
         self._bond = None if self._autostart else self._bond_to_manager()
+        self._prepared: Future[None] | None = None
         self._undo: list[Callable[[], Any]] = []
         self._error: TransitionError | None = None
         self._is_starting = False
@@ -77,6 +81,15 @@ class ManagedNode(OwnValues, LifecycleNode):
             f'is read when the node is configured: ros2 lifecycle set {name} deactivate, then '
             'cleanup, set it, then configure and activate'
         )
+
+    def prepare(self) -> None:
+        """Do once what takes long and needs no ROS: meanwhile the node answers."""
+
+    def prepared(self) -> Future[None]:
+        """Return the end of ``prepare``, which begins now if it has not succeeded yet."""
+        if self._prepared is None or (self._prepared.done() and self._prepared.exception()):
+            self._prepared = in_background(self.prepare)
+        return self._prepared
 
     def configure(self) -> None:
         """Read parameters, load, and make publishers, subscriptions, services and timers."""
@@ -162,7 +175,12 @@ class ManagedNode(OwnValues, LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run ``configure``; on bad input give up what was made."""
-        result = self._guarded('configure', self.configure)
+
+        def configure() -> None:
+            self.prepared().result()
+            self.configure()
+
+        result = self._guarded('configure', configure)
         if result == FAILURE and self._guarded('cleanup', self._release) != SUCCESS:
             return ERROR
         return result if result != SUCCESS else super().on_configure(state)
@@ -251,9 +269,11 @@ class ManagedNode(OwnValues, LifecycleNode):
 
 def run_managed(make_node: Callable[[], ManagedNode], arguments: Sequence[str] | None) -> int:
     """Run a lifecycle node until it is interrupted; returns the process's exit status."""
+    return run_node(make_node, arguments, spin)
 
-    def run(node: ManagedNode) -> None:
-        node.start()
-        rclpy.spin(node)
 
-    return run_node(make_node, arguments, run)
+def spin(node: ManagedNode) -> None:
+    """Prepare a node, start it, and go on until it is interrupted; it answers all the time."""
+    rclpy.spin_until_future_complete(node, node.prepared())
+    node.start()
+    rclpy.spin(node)

@@ -67,12 +67,15 @@ class LocalizerNode(ManagedNode):
         offer_save_state(self, lambda: self._settings.value.state_file, self._save)
         self._action = LocalizeAction(self, self._look_again)
 
+    def prepare(self) -> None:
+        """Compile."""
+        self.get_logger().info('warming up; the first time after an installation takes longer')
+        warm_up(create_localizer(self._config.value))
+
     def configure(self) -> None:
-        """Load the weights, compile, and connect; a bad parameter or file is an FpnetError."""
+        """Load the weights, and connect; a bad parameter or file is an FpnetError."""
         config, parameters = self._config.value, self._settings.value
         self._localizer = create_site_localizer(config)
-        self.get_logger().info('warming up; the first time after an installation takes longer')
-        warm_up(create_localizer(config))
         if TFMessage is None and parameters.sends_tf:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())

@@ -50,6 +50,20 @@ class Numbering:
         return number < last
 
 
+def in_background(work: Callable[[], Any]) -> Future[Any]:
+    """Return the result of work that a thread of its own does; the process may end before it."""
+    future: Future[Any] = Future()
+
+    def run() -> None:
+        try:
+            future.set_result(work())
+        except BaseException as error:  # the future's owner is told
+            future.set_exception(error)
+
+    Thread(target=run, name='background', daemon=True).start()
+    return future
+
+
 class Worker:
     """
     A thread that does one thing after the other, all that it is told.

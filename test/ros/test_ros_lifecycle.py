@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Exceptions at every step of the lifecycle: logged once, and the node ends in the right state."""
 
+from threading import Event
+
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import pytest
@@ -10,7 +12,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from std_msgs.msg import String
 
 from fpnet_core.errors import MapFormatError
-from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.lifecycle import ManagedNode, spin
 from fpnet_ros.processes import free_domain_id
 from fpnet_ros.runtime import described
 
@@ -183,3 +185,46 @@ def test_the_cause_of_a_defect_is_told():
         said = described(error)
     assert said.startswith('internal error, please report it: RuntimeError: sensor is gone in ')
     assert said.endswith('before that: OSError: no such device')
+
+
+class _Slow(ManagedNode):
+    """Takes as long to prepare as until it has answered somebody."""
+
+    def __init__(self) -> None:
+        super().__init__('slow')
+        self.answered, self.fails, self.has_prepared = Event(), False, []
+        self.create_timer(0.01, self.answered.set)
+
+    def prepare(self) -> None:
+        self.has_prepared.append(self.answered.wait(30.0))
+        if self.fails:
+            raise MapFormatError('not yet')
+
+    def start(self) -> None:
+        raise EOFError
+
+
+def test_a_node_answers_while_it_prepares():
+    node = _Slow()
+    try:
+        with pytest.raises(EOFError):
+            spin(node)
+        assert node.has_prepared == [True]
+        assert node.trigger_configure() == SUCCESS
+        assert node.has_prepared == [True]  # once for all times
+    finally:
+        node.destroy_node()
+
+
+def test_who_could_not_prepare_tries_again_when_configured(capfd):
+    node = _Slow()
+    try:
+        node.answered.set()
+        node.fails = True
+        assert node.trigger_configure() != SUCCESS
+        assert len(told(capfd)) == 1
+        node.fails = False
+        assert node.trigger_configure() == SUCCESS
+        assert len(node.has_prepared) == 2
+    finally:
+        node.destroy_node()
