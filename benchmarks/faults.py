@@ -15,6 +15,8 @@ none, none_wheels, none_large
     compared with.
 gap
     No scan for 5 s while the robot drives on; KISS-ICP.
+slipped
+    Wheels that spin: within 5 s the robot's own odometry counts 3 m and 40 degrees too much.
 turned, shifted
     From one scan to the next the robot's own odometry turns by 10 to 30 degrees, or jumps by 0.5
     to 2 m, and goes on so; wheels.
@@ -32,6 +34,7 @@ are kept there for the next run.
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 import functools
+from itertools import pairwise
 import json
 from pathlib import Path
 from typing import Any
@@ -63,6 +66,7 @@ LARGE = (30, 60)  # rooms, so that the robot sees less than half of the floorpla
 IN_LARGE = ('exchanged', 'none_large')
 FAULT_AT, GAP_S = 0.5, 5.0
 TURNED_DEG, SHIFTED_M = (10.0, 30.0), (0.5, 2.0)
+SLIP_S, SLIPPED_M, SLIPPED_DEG = 5.0, 3.0, 40.0
 OFF_M, OFF_RAD, STAYS_S = 1.0, np.deg2rad(10.0), 1.0
 _ODOMETRY = FpnetConfig().odometry
 TOGETHER_S = 0.25  # poses nearer to each other in time are without a break
@@ -198,6 +202,22 @@ def shifted(made: Made) -> Faulty:
     return moved(made, way * np.cos(way_rad), way * np.sin(way_rad), 0.0)
 
 
+def slipped(made: Made) -> Faulty:
+    """Return the drive on wheels that spin for some seconds: every step is a little too long."""
+    drive = made.whole(made.by_wheels)
+    ended_ns = drive.began_ns + int(SLIP_S * NS_PER_S)
+    scans, T_now = [drive.scans[0]], drive.scans[0].T_odom_sensor
+    for before, scan in pairwise(drive.scans):
+        step = np.linalg.inv(before.T_odom_sensor) @ scan.T_odom_sensor
+        if drive.began_ns < scan.stamp_ns <= ended_ns:
+            share = (scan.stamp_ns - before.stamp_ns) / NS_PER_S / SLIP_S
+            turn_rad = np.deg2rad(SLIPPED_DEG) * share
+            step = step @ SE2.from_xy_yaw(SLIPPED_M * share, 0.0, turn_rad).as_matrix4()
+        T_now = T_now @ step
+        scans.append(replace(scan, T_odom_sensor=T_now))
+    return replace(drive, scans=scans, ended_ns=ended_ns)
+
+
 def exchanged(made: Made) -> Faulty:
     """Return the drive in which the floorplan is another building's for some seconds."""
     drive = made.whole(made.by_kiss)
@@ -224,6 +244,7 @@ FAULTS: dict[str, Callable[[Made], Faulty]] = {
     'gap': with_gap,
     'turned': turned,
     'shifted': shifted,
+    'slipped': slipped,
     'exchanged': exchanged,
     'carried': carried_away,
 }
