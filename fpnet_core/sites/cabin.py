@@ -55,6 +55,11 @@ class CabinWatch:
         """Whether it has been shut in for a while."""
         self._since_ns: int | None = None
 
+    @property
+    def is_shutting(self) -> bool:
+        """Whether the robot is shut in, be it for a moment."""
+        return self._since_ns is not None
+
     def follow(
         self, stamp_ns: int, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]
     ) -> bool:

@@ -27,6 +27,8 @@ from fpnet_core.sites.storey_plans import (
 )
 from fpnet_core.types import LocalizerOutput
 
+_Standing = tuple[str, LocalizerOutput, NDArray[np.float64]]  # on a storey, at T_odom_sensor
+
 
 def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
     """
@@ -54,7 +56,8 @@ class SiteLocalizer(Localizer):
         self._config_of_plans = config
         self._site: Site | None = None
         self._ride, self._cabin = RideWatch(), CabinWatch()
-        self._left: tuple[str, LocalizerOutput, NDArray[np.float64]] | None = None
+        self._entered: _Standing | None = None  # a lift whose doors may be shutting
+        self._left: _Standing | None = None
         self._told: Mapping[str, float] | None = None  # of the storey, since the last was left
 
     @property
@@ -82,11 +85,11 @@ class SiteLocalizer(Localizer):
         viewpoints: NDArray[np.float32] | None = None,
     ) -> None:
         """Add a scan as :meth:`Localizer.add_scan`; who rides a lift or climbs begins anew."""
+        before = self._standing(T_odom_sensor)  # in a lift nothing looks as outside
         super().add_scan(points, T_odom_sensor, stamp_ns, viewpoints)
         if self._site is None or len(self._site.storeys) == 1:
             return
-        if self._cabin.is_shut or self._is_at_lift(T_odom_sensor):
-            self._follow_cabin(stamp_ns, points, T_odom_sensor)
+        self._follow_cabin(stamp_ns, points, before)
         self._follow_height(stamp_ns, T_odom_sensor)
 
     def _follow_height(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> None:
@@ -94,40 +97,36 @@ class SiteLocalizer(Localizer):
         if ride is None:
             return
         if not ride.is_over and not self._cabin.is_shut:
-            self._remember_leaving(T_odom_sensor)
+            self._left, self._told = self._standing(T_odom_sensor), None
         way = 'up' if ride.rise_m > 0.0 else 'down'
         why = f'the robot has gone {way} by {abs(ride.rise_m):.1f} m'
         self._leave(why, ride.rise_m if ride.is_over else None)
 
-    def _follow_cabin(
-        self, stamp_ns: int, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]
-    ) -> None:
-        """End the claim where a lift shuts, and begin where it opens."""
-        if not self._cabin.follow(stamp_ns, points, T_odom_sensor):
+    def _follow_cabin(self, stamp_ns: int, points: NDArray[np.float32], before: _Standing) -> None:
+        """End the claim ``before`` the scan where a lift shuts, and begin where it opens."""
+        if not self._cabin.is_shutting:
+            if not self._is_at_lift(before):
+                return
+            self._entered = before
+        if not self._cabin.follow(stamp_ns, points, before[2]):
             return
         if self._cabin.is_shut:
-            self._remember_leaving(T_odom_sensor)
+            self._left, self._told = self._entered, None
             self._leave('the robot is in a lift that is shut', None)
         else:
             self._leave('the lift has opened', None)
 
-    def _is_at_lift(self, T_odom_sensor: NDArray[np.float64]) -> bool:
+    def _is_at_lift(self, standing: _Standing) -> bool:
         """Tell whether the claimed pose is where a lift stops."""
-        output, site = self.output, self._known_site()
-        pose = output.pose(T_odom_sensor)
-        if pose is None or output.storey not in site.names:
-            self._cabin.forget()
+        storey, output, T_odom_sensor = standing
+        site, pose = self._known_site(), output.pose(T_odom_sensor)
+        if pose is None or storey not in site.names:
             return False
-        stops = [
-            link.at[output.storey]
-            for link in site.linked(output.storey)
-            if link.kind is LinkKind.LIFT
-        ]
+        stops = [link.at[storey] for link in site.linked(storey) if link.kind is LinkKind.LIFT]
         return any(np.linalg.norm(stop - pose.translation) <= CABIN_M for stop in stops)
 
-    def _remember_leaving(self, T_odom_sensor: NDArray[np.float64]) -> None:
-        self._left = self.output.storey, self.output, np.array(T_odom_sensor)
-        self._told = None
+    def _standing(self, T_odom_sensor: NDArray[np.float64]) -> _Standing:
+        return self.output.storey, self.output, np.array(T_odom_sensor)
 
     def tell_level(self, said: str) -> None:
         """
