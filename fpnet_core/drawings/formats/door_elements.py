@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doors that a vector drawing shows, by leaf and arc, as elements of a floorplan model."""
+"""Doors that a vector drawing shows, by leaf and arc or by layer, as elements of a floorplan."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from fpnet_core.drawings.formats.door_strokes import DoorStrokes
 from fpnet_core.drawings.formats.doors import Doors
 from fpnet_core.drawings.formats.pages import Array, VectorPage
 from fpnet_core.drawings.model import DoorKind, FloorplanModel, ModelDoor
@@ -17,19 +18,22 @@ _FLAT = 1e-12  # numerical: determinant of a file's coordinates that have no are
 _PROBABILITY = 0.95  # chosen: that a leaf with its arc is a door
 
 
-def drawn_model(page: VectorPage, doors: Doors) -> FloorplanModel | None:
+def drawn_model(page: VectorPage, doors: Doors, others: DoorStrokes) -> FloorplanModel | None:
     """Return the doors of a page in the file's own coordinates; None where it shows none."""
     is_flat = abs(np.linalg.det(page.A_page_file[:, :2])) < _FLAT
-    if is_flat or not 0 < len(doors.width) <= _MOST:
+    count = len(doors.width) + len(others.depth)
+    if is_flat or not 0 < count <= _MOST:
         return None
     found = []
-    partner = _partners(doors)
+    partner = _partners(doors) if len(doors.width) else []
     for number, other in enumerate(partner):
         hinge, shut, leaf = doors.hinge[number], doors.shut[number], doors.leaf[number]
         if other < 0:
             found.append(_door(np.array([hinge, shut]), DoorKind.SWING, leaf))
         elif number < other:
             found.append(_door(np.array([hinge, doors.hinge[other]]), DoorKind.DOUBLE, None))
+    for ends, depth in zip(others.ends, others.depth.tolist(), strict=True):
+        found.append(ModelDoor(ends, depth, probability=_PROBABILITY, source='layer of doors'))
     A_file_page = np.linalg.inv(np.vstack([page.A_page_file, [0.0, 0.0, 1.0]]))[:2]
     return FloorplanModel(doors=tuple(found), is_whole=False).moved(A_file_page)
 

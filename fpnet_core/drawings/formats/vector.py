@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.formats.door_elements import drawn_model
-from fpnet_core.drawings.formats.doors import find_doors
+from fpnet_core.drawings.formats.door_strokes import DoorStrokes, find_door_strokes
+from fpnet_core.drawings.formats.doors import Doors, find_doors
 from fpnet_core.drawings.formats.hatching import find_hatching
 from fpnet_core.drawings.formats.layer_choice import choose_paths, is_seen
+from fpnet_core.drawings.formats.layers import LayerRole, layer_role
 from fpnet_core.drawings.formats.pages import (
     Array,
     Box,
@@ -40,6 +43,7 @@ from fpnet_core.drawings.types import (
     Strokes,
 )
 from fpnet_core.errors import MapFormatError
+from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 PIXEL_M = 0.025
 """
@@ -59,7 +63,9 @@ _SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the pa
 _RECTANGLE = 0.95  # of the box around an area, for it to be a rectangle
 _UNIT_ERROR = 0.01  # of buildings whose drawing is in true units, as built
 _SOME_DOORS = 3  # that leave no doubt that a building is drawn
+_PAPER = (255, 255, 255)
 _FEWEST_LINES = 4
+_FACE_M = 0.06  # physical: a wall's line may lie so far beyond a door's on either side
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
 _BUILDING_M = (2.5, 3_000.0)
 
@@ -89,8 +95,10 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
     is_line = is_line & ~is_symbol
     is_path = choice.is_path & ~_symbols(pieces, is_symbol, len(page.width))
     is_line &= is_path[pieces.path]
+    others = _other_doors(page, pieces, doors, is_line)
     canvas, notes = _canvas(page, pieces, is_line, is_path)
     pixels = _painted(page, pieces, canvas, is_path, is_line)
+    _open(pixels, others, canvas, page.unit_m)
     return Drawing(
         pixels=pixels,
         name=name,
@@ -103,8 +111,32 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
         notes=(*page.notes, *(() if page.model else choice.notes), *unit.notes, *notes),
         doubts=_doubts(page, unit, pieces[is_line], len(doors.width)),
-        model=page.model or drawn_model(page, doors),
+        model=page.model or drawn_model(page, doors, others),
     )
+
+
+def _other_doors(
+    page: VectorPage, pieces: OutlinePieces, doors: Doors, is_line: NDArray[np.bool_]
+) -> DoorStrokes:
+    """Return the doors on layers of doors that have no leaf."""
+    is_named = np.array([layer_role(layer) is LayerRole.DOOR for layer in page.layers])
+    is_own = (is_named[page.layer] & is_seen(page))[pieces.path] & ~doors.is_door
+    found = find_door_strokes(pieces[is_own], pieces[is_line & ~is_own], page.unit_m)
+    middle = found.ends.mean(axis=1)
+    drawn = 0.5 * (doors.hinge + doors.shut)
+    is_new = np.array([
+        not (np.hypot(*(drawn - at).T) < doors.width).any() for at in middle
+    ], dtype=np.bool_)  # fmt: skip
+    return DoorStrokes(found.ends[is_new], found.depth[is_new])
+
+
+def _open(
+    pixels: NDArray[np.uint8], doors: DoorStrokes, canvas: Canvas, unit_m: float | None
+) -> None:
+    """Paint paper over what runs through doors."""
+    if unit_m is not None:
+        for corners in transformed(doors.corners(_FACE_M / unit_m), canvas.A_pixel_page):
+            cv2.fillPoly(pixels, [fixed_point(corners)], _PAPER, cv2.LINE_8, PIXEL_BITS)
 
 
 def _doubts(
