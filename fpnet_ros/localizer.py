@@ -69,8 +69,9 @@ class LocalizerNode(ManagedNode):
 
     def prepare(self) -> None:
         """Compile."""
+        localizer = create_localizer(self._config.value)
         self.get_logger().info('warming up; the first time after an installation takes longer')
-        warm_up(create_localizer(self._config.value))
+        warm_up(localizer)
 
     def configure(self) -> None:
         """Load the weights, and connect; a bad parameter or file is an FpnetError."""
