@@ -21,9 +21,9 @@ from fpnet_core.doctor.findings import Finding, Problem
 Array = NDArray[np.float64]
 
 _SIGMAS = 3.0  # given: what lies so many standard deviations off is no chance
-# Physical: tyres, loads and floors make so much of it in time, which the localizer follows.
+# Chosen: tyres, loads and floors make so much of it in time, which the localizer follows.
 _WAY, _TURNED, _MOUNT_RAD, _DRIFT_RADPM = 0.1, 0.1, math.radians(5.0), math.radians(0.5)
-# Physical: less way, fewer turns or motions tell nothing steady.
+# Chosen: less way, fewer turns or motions tell nothing steady.
 _FEWEST_M, _FEWEST_RAD, _FEWEST = 2.0, math.radians(90.0), 8
 
 

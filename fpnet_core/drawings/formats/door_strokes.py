@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.formats.doors import DOOR_WIDTHS_M
 from fpnet_core.drawings.formats.pages import Array, OutlinePieces
 
-# Physical:
+# Chosen, not measured:
 _JAMB_M = 0.15  # from the end of a door to the wall that it ends at
 _DEEPEST_M = 0.6  # of a wall with a door in it
-# Numerical:
-_MOST = 4_000  # strokes of doors
-_PARALLEL = np.cos(np.radians(5.0))
+_PARALLEL = np.cos(np.radians(5.0))  # to which strokes of one door are parallel
 _BESIDE = 0.25  # of their length, that strokes of one door are shifted along it
+_MOST = 4_000  # numerical: strokes of doors
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,16 +63,12 @@ def find_door_strokes(
 
 def _reach(ends: Array, walls: OutlinePieces, reach: float) -> NDArray[np.bool_]:
     """Tell which strokes have a wall at both ends."""
-    from scipy.spatial import cKDTree
+    import shapely
 
-    number = np.maximum(np.ceil(walls.length / reach).astype(np.int64), 1)
-    wall = np.repeat(np.arange(len(number)), number)
-    rank = np.arange(len(wall)) - np.repeat(np.cumsum(number) - number, number)
-    share = (rank + 0.5) / number[wall]
-    start, end = walls.ends[wall].transpose(1, 0, 2)
-    apart, _ = cKDTree(start + share[:, None] * (end - start)).query(ends.reshape(-1, 2))
-    near: NDArray[np.bool_] = (apart < reach).reshape(-1, 2).all(axis=1)
-    return near
+    tree, points = shapely.STRtree(shapely.linestrings(walls.ends)), shapely.points(ends)
+    number, _ = tree.query(points.ravel(), predicate='dwithin', distance=reach)
+    counts: NDArray[np.int64] = np.bincount(number, minlength=2 * len(ends))
+    return np.asarray(counts.reshape(-1, 2).min(axis=1) > 0)
 
 
 def _together(ends: Array, deepest: float) -> NDArray[np.int64]:

@@ -68,6 +68,11 @@ def test_leaves_frames_and_what_is_far_too_long_are_not():
     assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(box(*ROOMS[0])), None).depth)
 
 
+def test_a_line_to_the_moon_takes_no_memory_and_hides_no_door():
+    walls = pieces(*(box(*room) for room in ROOMS), [(0.0, 50.0), (4e8, 50.0)])
+    assert len(find_door_strokes(pieces(box(*DOOR)), walls, 1.0).depth) == 1
+
+
 def drawn(path, per_m=1000.0):
     document = ezdxf.new()
     document.units = 4
