@@ -27,6 +27,7 @@ from fpnet_core.io.topic_names import TF_STATIC_TOPIC
 from fpnet_core.odometry import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LOST
+from fpnet_ros.imu import GyroInput
 from fpnet_ros.large_clouds import LARGE_CLOUDS, said_of_transport
 from fpnet_ros.lasers import LaserInput
 from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
@@ -111,6 +112,10 @@ class OdometryNode(OwnValues):
         self._stamps = SweepStamps(scans.stamp, logger.warning)
         self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
         self._robot = RobotOdometry(self.add_subscription, self._settings, self._report)
+        self._gyro: GyroInput | None = None
+        if self._settings.use_imu:
+            tree = self._robot.where.tree
+            self._gyro = GyroInput(self.add_subscription, tree, self._report)
         self._out = OdometryOutputs(
             self.add_publisher, self.add_subscription, self._settings, logger.warning
         )
@@ -204,7 +209,10 @@ class OdometryNode(OwnValues):
         T_base_sensor = tree.mount(moving, sensor)
         guess = self._robot.pose(sensor, scan.stamp_ns)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
-        scan = replace(scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor)
+        turned = None if self._gyro is None else self._gyro.orientation(sensor, scan.stamp_ns)
+        scan = replace(
+            scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor, R_gyro_sensor=turned
+        )
         found = self._kiss.register_scan(scan)
         self._out.publish(found, scan.stamp_ns, sensor, moving, T_base_sensor)
         return ''
@@ -234,6 +242,8 @@ class OdometryNode(OwnValues):
         silences = {scans: time.monotonic() - heard_s}
         if self._robot.is_used:
             silences[self._robot.topic(self)] = self._robot.silence_s
+        if self._gyro is not None:
+            silences[self.resolve_topic_name('imu')] = time.monotonic() - self._gyro.heard_s
         self._silence.follow(silences, STALE_INPUT_S)
         lasers, unplaced = self._lasers, self._unplaced
         lost, earlier, refused = self._clouds.lost, self._clouds.earlier, self._scans.refused

@@ -58,6 +58,9 @@ class OdometryParameters(RobotOdometryParameters):
     orientation_covariance: float = Field(
         0.1, ge=0.0, description='Variance of the orientation in the messages [rad^2].'
     )
+    use_imu: bool = Field(
+        False, description='Turns between sweeps are those of the gyroscope on the topic imu.'
+    )
     max_pending_scans: int = Field(
         10, ge=1, le=1000, description='Clouds that may wait; then the oldest are dropped.'
     )

@@ -20,6 +20,7 @@ ARGUMENTS = (
     ('floorplan_frame', '', 'Frame of the drawing; map: its scale is trusted.'),
     ('points', '/points', 'Topic of the lidar clouds.'),
     ('scan', '', 'Topic of LaserScans in place of clouds; several: commas between them.'),
+    ('imu', '', 'Topic of an Imu, whose gyroscope says how the lidar turned between sweeps.'),
     ('scan_stamp', '', 'What of a sweep stamps are of: auto, start, middle or end.'),
     ('base_frame', '', 'Frame whose pose is wanted; empty: what the sensor is fixed to.'),
     ('odometry', 'kiss', "kiss: KISS-ICP; robot: the robot's own; both: one helps the other."),
@@ -78,6 +79,8 @@ def _check(arguments: Mapping[str, str]) -> None:
         raise ConfigError('set either floorplan:=FILE or map:=TOPIC')
     if choice == 'robot' and arguments['publish_odom_tf'] == 'true':
         raise ConfigError('publish_odom_tf:=true needs odometry of ours; choose kiss or both')
+    if choice == 'robot' and arguments['imu']:
+        raise ConfigError('imu is read by odometry of ours only; choose odometry:=kiss or both')
     if choice == 'kiss' and arguments['odom_topic']:
         raise ConfigError('odom_topic is read with odometry:=robot or odometry:=both only')
     if _publishes_tf(arguments) and choice == 'both' and not arguments['odom_topic']:
@@ -105,6 +108,9 @@ def _floorplan_server(arguments: Mapping[str, str]) -> NodeSpec:
 def _odometry(arguments: Mapping[str, str]) -> NodeSpec:
     parameters = _typed(arguments, use_sim_time=bool, base_frame=str) | _scans(arguments)
     remappings = {'pointcloud_topic': arguments['points'], **_tf(arguments)}
+    if arguments['imu']:
+        parameters['use_imu'] = True
+        remappings['imu'] = arguments['imu']
     if not _publishes_tf(arguments):
         parameters['publish_odom_tf'] = False
     elif arguments['odom_frame']:

@@ -101,6 +101,17 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+WALK = {
+    'walks': 20,
+    'first_m': 2.0,
+    'median_deg': 0.4,
+    'second_m': 0.02,
+    'second_deg': 0.2,
+    'second_m_max': 0.05,
+    'path_max': 1.04,
+    'register_ms': 30.0,
+}
+
 FAULT = {
     'drives': 10,
     'before': 9,
@@ -392,6 +403,14 @@ REPORTS = {
     'real_logs': lambda: {'logs': {'intel': {'nothing': RUN, 'unknown': NOTHING}}},
     'robot': robot,
     'drift': lambda: {'drives': [DRIVE]},
+    'walks': lambda: {
+        'walks': [],
+        'odometries': {
+            'gyro': WALK | {'localised': 20, 'wrong': 0, 'off': 1, 'median_m': 0.05},
+            'scans': WALK | {'localised': 19, 'wrong': 0, 'off': 2, 'median_m': 0.07},
+            'kiss_icp': WALK,
+        },
+    },
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
     'speed': lambda: {'figures': {'match call': TIMED, 'a start': TIMED | {'aim_s': None}}},

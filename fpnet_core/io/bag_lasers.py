@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.io.bag_gyro import BagGyro
 from fpnet_core.io.bag_scans import (
     BagScans,
     Tally,
     choose_odometry,
-    first_frame,
     read_odometry,
     read_static_transforms,
     read_track,
     usable_clouds,
 )
-from fpnet_core.io.bags import BagReader
+from fpnet_core.io.bags import BagReader, first_frame
 from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY
@@ -116,6 +116,10 @@ class BagLasers:
             self._count = max(bag.count(topic) for topic in topics)
             frames = {topic: first_frame(bag, topic, path) for topic in topics}
             self._places = self._places_of(_one_each(frames, path), static)
+            self._gyro: BagGyro | None = None
+            if self._odometry is None:
+                base = static.root(next(iter(frames.values())))
+                self._gyro = BagGyro(bag, path, static, base)
 
     @property
     def has_poses(self) -> bool:
@@ -151,8 +155,14 @@ class BagLasers:
     def _scan(self, sweep: LaserSweep) -> Scan | None:
         truth = None if self._truth is None else self._truth.at(sweep.stamp_ns)
         if self._odometry is None:
-            time_s = sweep.time_s
-            return Scan(sweep.stamp_ns, sweep.points, time_s, None, truth, sweep.viewpoints)
+            return Scan(
+                sweep.stamp_ns,
+                sweep.points,
+                sweep.time_s,
+                T_truth_sensor=truth,
+                viewpoints=sweep.viewpoints,
+                R_gyro_sensor=None if self._gyro is None else self._gyro.at(sweep.stamp_ns),
+            )
         T_odom_first = self._odometry.at(sweep.first_ns)
         T_odom_last = self._odometry.at(sweep.stamp_ns)
         if T_odom_first is None or T_odom_last is None:

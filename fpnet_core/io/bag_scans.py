@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
+from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
-from fpnet_core.io.bags import BagReader
+from fpnet_core.io.bag_gyro import BagGyro
+from fpnet_core.io.bags import BagReader, first_frame
 from fpnet_core.io.message_types import (
     ODOMETRY,
     POINT_CLOUD,
@@ -66,6 +67,10 @@ class BagScans:
                 bag, self.odometry_topic, path, self._static, self.cloud_topic
             )
             self._truth = read_track(bag, truth_topic, path)
+            self._gyro: BagGyro | None = None
+            if self._odometry is None and self._count:
+                sensor = first_frame(bag, self.cloud_topic, path)
+                self._gyro = BagGyro(bag, path, self._static, sensor)
 
     @property
     def has_poses(self) -> bool:
@@ -95,7 +100,8 @@ class BagScans:
         """Return a scan where the odometry says it was, None where it does not say."""
         if self._odometry is None:
             T_base_sensor = self._static.mount(self._static.body(frame), frame)
-            return replace(scan, T_base_sensor=T_base_sensor)
+            R_gyro_sensor = None if self._gyro is None else self._gyro.at(scan.stamp_ns)
+            return replace(scan, T_base_sensor=T_base_sensor, R_gyro_sensor=R_gyro_sensor)
         T_odom_child = self._odometry.at(scan.stamp_ns)
         if T_odom_child is None:
             return None
@@ -268,13 +274,6 @@ def read_odometry(
     for each in _transforms(bag, path, [topic], body):
         track.add(each.stamp_ns, each.T_parent_child)
     return track if len(track) else None
-
-
-def first_frame(bag: BagReader, topic: str, path: Path) -> str:
-    """Return the frame of the first message on a topic."""
-    for _, _, message in bag.messages([topic]):
-        return plain_frame(message.header.frame_id)
-    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
 
 
 def _transforms(

@@ -26,6 +26,7 @@ from fpnet_core.io.bags import TYPESTORE
 from fpnet_core.io.laserscan import LaserScanLike
 from fpnet_core.io.message_types import (
     GRID,
+    IMU,
     LASER_SCAN,
     NUMBER,
     ODOMETRY,
@@ -45,6 +46,7 @@ Storage = Literal['sqlite3', 'mcap']
 _BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
 _NO_LIMIT = QosTime(0, 0)  # given
 _MSG = TYPESTORE.types
+_NOT_MEASURED = -1.0  # given: sensor_msgs/Imu
 # Given: where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 
@@ -139,6 +141,21 @@ class BagWriter:
             is_dense=True,
         )
         self._write(topic, POINT_CLOUD, stamp_ns, message)
+
+    def write_imu(self, topic: str, stamp_ns: int, frame_id: str, rate: ArrayLike) -> None:
+        """Write an Imu with an angular rate ``(3,)`` [rad/s] alone."""
+        vector = _MSG['geometry_msgs/msg/Vector3']
+        unknown = np.array([_NOT_MEASURED, *[0.0] * 8])
+        message = _MSG[IMU](
+            header=_header(stamp_ns, frame_id),
+            orientation=_MSG['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0),
+            orientation_covariance=unknown,
+            angular_velocity=vector(*np.asarray(rate, dtype=np.float64).tolist()),
+            angular_velocity_covariance=np.zeros(9),
+            linear_acceleration=vector(0.0, 0.0, 0.0),
+            linear_acceleration_covariance=unknown,
+        )
+        self._write(topic, IMU, stamp_ns, message)
 
     def write_laser_scan(
         self, topic: str, stamp_ns: int, frame_id: str, readings: LaserScanLike

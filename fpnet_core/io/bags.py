@@ -16,6 +16,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from fpnet_core.errors import BagFormatError, said_of_system
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.io.message_types import BAG_SUFFIXES, ROS_1_SUFFIX, TRANSFORMS
 from fpnet_core.plain_files import regular
 from fpnet_core.plain_yaml import parse_yaml
@@ -193,3 +194,17 @@ def _storage_path(path: Path) -> Path:
             )
         return files[0]
     return path
+
+
+def first_frame(bag: BagReader, topic: str, path: Path) -> str:
+    """
+    Return the frame of the first message on a topic.
+
+    Raises
+    ------
+    BagFormatError
+        If it carries none.
+    """
+    for _, _, message in bag.messages([topic]):
+        return plain_frame(message.header.frame_id)
+    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')

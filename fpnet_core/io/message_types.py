@@ -6,6 +6,7 @@ POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
 LASER_SCAN = 'sensor_msgs/msg/LaserScan'
 LASER_SCANS = (LASER_SCAN, 'sensor_msgs/msg/MultiEchoLaserScan')
 SCANS = (POINT_CLOUD, *LASER_SCANS)
+IMU = 'sensor_msgs/msg/Imu'
 ODOMETRY = 'nav_msgs/msg/Odometry'
 POSE = 'geometry_msgs/msg/PoseStamped'
 UNCERTAIN_POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'

@@ -20,6 +20,8 @@ from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.stamps import NS_PER_S
 
+_NOT_MEASURED = -1.0  # given: sensor_msgs/Imu
+
 
 @dataclass(frozen=True, eq=False)
 class StampedTransform:
@@ -48,6 +50,24 @@ def rigid_of(position: Any, rotation: Any) -> NDArray[np.float64]:
     return rigid_from_quaternion(
         (position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w)
     )
+
+
+def rate_of(message: Any) -> NDArray[np.float64]:
+    """
+    Return the angular rate ``(3,)`` of a ``sensor_msgs/Imu``, in its frame [rad/s].
+
+    Raises
+    ------
+    ValueError
+        If it has no gyroscope, which it says by a covariance of -1, or a value is not finite.
+    """
+    if message.angular_velocity_covariance[0] == _NOT_MEASURED:
+        raise ValueError('it says that it has no gyroscope (angular_velocity_covariance[0] is -1)')
+    rate = message.angular_velocity
+    values = np.array([rate.x, rate.y, rate.z], dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError('angular_velocity is not finite')
+    return values
 
 
 def transform_of(message: Any) -> StampedTransform:

@@ -41,6 +41,8 @@ class Scan:
     T_base_sensor : (4, 4) float64
         Place of the sensor on the robot, whose base is level; None: nobody knows, and the sensor
         is taken to be.
+    R_gyro_sensor : (3, 3) float64
+        Orientation at the stamp by a gyroscope, in a frame that drifts slowly; None without one.
     """
 
     stamp_ns: int
@@ -50,6 +52,7 @@ class Scan:
     T_truth_sensor: NDArray[np.float64] | None = None
     viewpoints: NDArray[np.float32] | None = None
     T_base_sensor: NDArray[np.float64] | None = None
+    R_gyro_sensor: NDArray[np.float64] | None = None
 
     @property
     def first_ns(self) -> int:

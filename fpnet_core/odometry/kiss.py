@@ -18,8 +18,16 @@ from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried
 from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
-from fpnet_core.odometry.registration import MIN_POINTS, register_planar, register_sweep
+from fpnet_core.odometry.registration import (
+    MIN_POINTS,
+    deskewed,
+    placed,
+    register_planar,
+    register_sweep,
+    upright,
+)
 from fpnet_core.odometry.turning_sweeps import TurningSweeps, turn_shares
+from fpnet_core.odometry.yaw_search import Guess, YawSearch
 from fpnet_core.stamps import NS_PER_S, ClockGuard
 
 if TYPE_CHECKING:
@@ -35,7 +43,8 @@ _log = logging.getLogger(__name__)
 _FLAT_M = 0.01
 """Sweeps that are lower than this [m] are those of a planar scanner. Chosen."""
 
-_AT_ONCE = np.zeros(0)  # given by registration: no times
+_AT_ONCE = np.zeros(0)  # given: no times
+_END, _MIDDLE = 0.5, 0.0  # given: instants of poses, in periods from the middle of the sweep
 
 
 def _warn(back_s: float) -> None:
@@ -59,9 +68,11 @@ class KissOdometry:
 
     All others are deskewed by the motion since the last sweep's stamp, for the share of that time
     that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
-    a turn, and one that looks into the open sees nothing in range for a part of it. The motion is
-    that of the last two sweeps; or where scans bring poses of another odometry, its motion since
-    the last sweep, which is then what the registration begins with as well.
+    a turn, and one that looks into the open sees nothing in range for a part of it. The motion,
+    which the registration begins with as well, is that of the last two sweeps, turned as a
+    gyroscope says, or as the walls of the last sweeps say where that is more likely: see
+    :mod:`fpnet_core.odometry.yaw_search`. Where scans bring poses of another odometry, it is that
+    one's.
 
     A refused sweep leaves the state as it was.
     """
@@ -83,6 +94,11 @@ class KissOdometry:
         self._last_ns: int | None = None
         self._period_ns = 0
         self._T_guess_last: Array | None = None
+        self._R_gyro_last: Array | None = None
+        self._told: Array | None = None
+        self._turned: Array | None = None
+        self._search = YawSearch()
+        self._T_start_end: Array | None = None  # of the last sweep, where the walls have told it
 
     @property
     def pose(self) -> Array:
@@ -128,6 +144,7 @@ class KissOdometry:
         viewpoints: NDArray[np.floating] | None = None,
         T_guess_sensor: Array | None = None,
         T_base_sensor: Array | None = None,
+        R_gyro_sensor: Array | None = None,
     ) -> RegisteredSweep:
         """
         Return where a sweep was taken, and its points without the motion during the sweep.
@@ -148,6 +165,9 @@ class KissOdometry:
             Pose at the sweep's end by another odometry, in any frame that stays.
         T_base_sensor : (4, 4)
             Place of the sensor on the robot; that of the first sweep counts.
+        R_gyro_sensor : (3, 3)
+            Orientation at the pose's instant by a gyroscope, in any frame that hardly drifts from
+            one sweep to the next.
 
         Raises
         ------
@@ -158,23 +178,18 @@ class KissOdometry:
         if sweep.ndim != 2 or sweep.shape[1] != 3:
             raise CloudFormatError(f'sweep: expected points (P, 3), got {sweep.shape}')
         usable = self._in_range(sweep)
-        if np.count_nonzero(usable) < MIN_POINTS:
-            raise CloudFormatError(
-                f'sweep has {np.count_nonzero(usable)} of {len(sweep)} points within '
-                f'{self._config.min_range} to {self._config.max_range} m; expected at least '
-                f'{MIN_POINTS}: check the sensor and the odometry ranges'
-            )
         times = self._usable_times(time_s, len(sweep))
         if self._kiss is None:
             self._kiss = self._started(sweep[usable], T_base_sensor)
-        self._follow(self._kiss, stamp_ns, T_guess_sensor)
+        self._note_period(stamp_ns)
+        self._note_guess(T_guess_sensor, R_gyro_sensor)
         share = self._share_of_period(times)
         share = share[usable] if len(share) else share
         if self._is_planar:
             seen_from = None if viewpoints is None else np.asarray(viewpoints)[usable]
             return self._register_planar(self._kiss, sweep[usable], share, seen_from)
         if len(times):
-            points = register_sweep(self._kiss, sweep[usable], share)
+            points = self._register_timed(self._kiss, sweep[usable], share)
         else:
             points = self._register_untimed(self._kiss, sweep, usable)
         return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
@@ -205,16 +220,40 @@ class KissOdometry:
             scan.viewpoints,
             scan.T_odom_sensor,
             scan.T_base_sensor,
+            scan.R_gyro_sensor,
         )
 
-    def _follow(self, kiss: KissICP, stamp_ns: int | None, T_guess_sensor: Array | None) -> None:
-        """Note how long it is since the last sweep, and which way another odometry went."""
-        T_guess_last, self._T_guess_last = self._T_guess_last, T_guess_sensor
-        if T_guess_last is not None and T_guess_sensor is not None:
-            kiss.last_delta = np.linalg.inv(T_guess_last) @ T_guess_sensor
+    def _note_period(self, stamp_ns: int | None) -> None:
         if stamp_ns is not None:
             last_ns, self._last_ns = self._last_ns, stamp_ns
             self._period_ns = 0 if last_ns is None else max(0, stamp_ns - last_ns)
+
+    def _note_guess(self, T_guess_sensor: Array | None, R_gyro_sensor: Array | None) -> None:
+        """Note the motion since the last sweep by another odometry, and by a gyroscope."""
+        T_last, self._T_guess_last = self._T_guess_last, T_guess_sensor
+        R_last, self._R_gyro_last = self._R_gyro_last, R_gyro_sensor
+        self._told = self._turned = None
+        if T_last is not None and T_guess_sensor is not None:
+            self._told = np.linalg.inv(T_last) @ T_guess_sensor
+        if R_last is not None and R_gyro_sensor is not None:
+            self._turned = R_last.T @ R_gyro_sensor
+
+    def _best(self, kiss: KissICP, sweep: Array, share: Array, instant: float = _END) -> Guess:
+        """Return where and how the sensor moved; ``share (P,)`` in periods to its instant."""
+        if self._told is not None:
+            return Guess.moved(kiss.last_pose, self._told)
+        motion, by_gyro = kiss.last_delta.copy(), None
+        if self._T_start_end is not None:
+            motion[:3, :3] = self._T_start_end[:3, :3]
+        guess = Guess.moved(kiss.last_pose, motion)
+        if self._turned is not None:
+            motion[:3, :3] = self._turned
+            by_gyro = Guess.moved(kiss.last_pose, motion)
+        is_wall = upright(placed(sweep, guess.T_odom_sensor)) | self._is_planar
+        share = share[is_wall] if len(share) else share
+        best, is_found = self._search.best(guess, by_gyro, sweep[is_wall], share, instant)
+        self._T_start_end = best.T_start_end if is_found else None
+        return best
 
     def _share_of_period(self, times: Array) -> Array:
         """Return when points were seen, from the sweep's end back, by the time of a motion."""
@@ -224,35 +263,50 @@ class KissOdometry:
         share: Array = (times - times.max()) / period_s
         return share
 
+    def _register_timed(self, kiss: KissICP, sweep: Array, share: Array) -> Array:
+        """Register a sweep with times, and return its points as seen from its end."""
+        best = self._best(kiss, sweep, share)
+        points = deskewed(kiss, sweep, share, best.T_start_end) if len(share) else sweep
+        self._take(kiss, register_sweep(kiss, points, best.T_odom_sensor))
+        return points
+
     def _register_untimed(self, kiss: KissICP, sweep: Array, usable: NDArray[np.bool_]) -> Array:
         """Register a sweep without times as of its middle, and return its points in range."""
         turning, shares = self._turning, None
         if turning.part or not turning.is_decided:
             shares = turn_shares(sweep)  # of all points: where it begins is no matter of range
         sweep = sweep[usable]
-        if shares is None:
-            return register_sweep(kiss, sweep, _AT_ONCE)
-        shares = shares[usable] - 0.5
-        points = carried(sweep, kiss.last_delta, turning.part * shares) if turning.part else sweep
-        register_sweep(kiss, points, _AT_ONCE)
-        if not turning.is_decided:
+        shares = _AT_ONCE if shares is None else shares[usable] - 0.5
+        bent = turning.part * shares if turning.part else _AT_ONCE
+        best = self._best(kiss, sweep, bent, _MIDDLE)
+        points = carried(sweep, best.T_start_end, bent) if len(bent) else sweep
+        self._take(kiss, register_sweep(kiss, points, best.T_odom_sensor))
+        if len(shares) and not turning.is_decided:
             turning.look(sweep, shares, kiss.last_pose, kiss.last_delta)
         return points
 
-    @staticmethod
     def _register_planar(
-        kiss: KissICP, sweep: Array, share: Array, viewpoints: Array | None
+        self,
+        kiss: KissICP,
+        sweep: Array,
+        share: Array,
+        viewpoints: Array | None,
     ) -> RegisteredSweep:
+        best = self._best(kiss, sweep, share)
         if len(share):
-            sweep = carried(sweep, kiss.last_delta, share)
+            sweep = carried(sweep, best.T_start_end, share)
             if viewpoints is not None:
-                viewpoints = carried(viewpoints, kiss.last_delta, share)
-        register_planar(kiss, sweep)
+                viewpoints = carried(viewpoints, best.T_start_end, share)
+        self._take(kiss, register_planar(kiss, sweep, best.T_odom_sensor))
         return RegisteredSweep(
             sweep.astype(np.float32),
             kiss.last_pose.copy(),
             None if viewpoints is None else viewpoints.astype(np.float32),
         )
+
+    def _take(self, kiss: KissICP, walls: Array) -> None:
+        """Take walls of a registered sweep ``(P, 3)``, sensor frame [m], for the next ones."""
+        self._search.note(placed(walls, kiss.last_pose))
 
     def _in_range(self, points: Array) -> NDArray[np.bool_]:
         # NaN fails both comparisons; infinity fails the second.
@@ -260,6 +314,12 @@ class KissOdometry:
         usable: NDArray[np.bool_] = (distance > self._config.min_range) & (
             distance < self._config.max_range
         )
+        if np.count_nonzero(usable) < MIN_POINTS:
+            raise CloudFormatError(
+                f'sweep has {np.count_nonzero(usable)} of {len(points)} points within '
+                f'{self._config.min_range} to {self._config.max_range} m; expected at least '
+                f'{MIN_POINTS}: check the sensor and the odometry ranges'
+            )
         return usable
 
     @staticmethod

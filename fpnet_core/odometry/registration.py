@@ -53,7 +53,7 @@ _SOURCE_VOXELS = 1.5
 _MAP_VOXELS = 0.5  # given: see above
 
 
-def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
+def register_sweep(kiss: KissICP, points: Array, T_guess: Array) -> Array:
     """
     Move ``kiss`` on by one sweep; as its ``register_frame``, but surface by surface.
 
@@ -61,21 +61,19 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
     ----------
     kiss
         Its pose, motion, threshold and map are brought up to date.
-    sweep : (P, 3)
-        Points in range, sensor frame [m].
-    share : (P,)
-        When they were seen: -1 for the last sweep's end to 0 for this one's; empty: at once.
+    points : (P, 3)
+        In range, as seen from the place at the stamp, sensor frame [m].
+    T_guess : (4, 4)
+        Where that may be.
 
     Returns
     -------
-    (P, 3)
-        The points as seen from the place of the sweep's end.
+    (Q, 3)
+        What it takes of upright surfaces into its map, sensor frame [m].
     """
-    points = _deskewed(kiss, sweep, share) if len(share) else sweep
-    T_guess = kiss.last_pose @ kiss.last_delta
-    placed = _placed(points, T_guess)
-    is_upright = upright(placed)
-    surfaces = placed[is_upright], placed[~is_upright]
+    in_odom = placed(points, T_guess)
+    is_upright = upright(in_odom)
+    surfaces = in_odom[is_upright], in_odom[~is_upright]
     standing, lying = (_thinned(kiss, each, T_guess, _SOURCE_VOXELS) for each in surfaces)
     source = np.vstack([standing, lying])
     if len(standing) < MIN_POINTS:
@@ -86,20 +84,48 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
         T_odom_sensor = levelled(T_standing, _aligned(kiss, level, T_standing))
     for_map = [_thinned(kiss, each, T_guess, _MAP_VOXELS) for each in surfaces]
     _move_on(kiss, T_guess, T_odom_sensor, np.vstack(for_map))
-    return points
+    return for_map[0]
 
 
-def register_planar(kiss: KissICP, sweep: Array) -> None:
+def register_planar(kiss: KissICP, sweep: Array, T_guess: Array) -> Array:
     """
-    Move ``kiss`` on by one sweep ``(P, 3)`` of a planar scanner, sensor frame [m].
+    Move ``kiss`` on by one sweep ``(P, 3)`` of a planar scanner; as :func:`register_sweep`.
 
     All that the map takes registers: a single beam has few points.
     """
-    T_guess = kiss.last_pose @ kiss.last_delta
-    placed = _placed(sweep, T_guess)
-    placed[:, 2] = T_guess[2, 3]  # or rounding would part one voxel in two
-    for_map = _thinned(kiss, placed, T_guess, _MAP_VOXELS)
+    in_odom = placed(sweep, T_guess)
+    in_odom[:, 2] = T_guess[2, 3]  # or rounding would part one voxel in two
+    for_map = _thinned(kiss, in_odom, T_guess, _MAP_VOXELS)
     _move_on(kiss, T_guess, _aligned(kiss, for_map, T_guess), for_map)
+    return for_map
+
+
+def deskewed(kiss: KissICP, sweep: Array, share: Array, motion: Array) -> Array:
+    """
+    Return points ``(P, 3)`` as seen from the place of the sweep's end, by KISS-ICP's own means.
+
+    Parameters
+    ----------
+    kiss
+        Left as it is.
+    sweep : (P, 3)
+        As they came, sensor frame [m].
+    share : (P,)
+        When they were seen: -1 for a period before the sweep's end to 0.
+    motion : (4, 4)
+        Of the sensor during one period.
+    """
+    # KISS-ICP takes the first and the last point for the ends of the motion. Two that it drops,
+    # as they are nowhere, stand there.
+    sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
+    share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
+    return np.asarray(kiss.preprocessor.preprocess(sweep, share, motion))
+
+
+def placed(points: Array, T_odom_sensor: Array) -> Array:
+    """Return points ``(P, 3)`` of the sensor in the odometry's frame [m]."""
+    moved: Array = points @ T_odom_sensor[:3, :3].T + T_odom_sensor[:3, 3]
+    return moved
 
 
 def upright(points: Array) -> NDArray[np.bool_]:
@@ -128,22 +154,9 @@ def levelled(T_place: Array, T_level: Array) -> Array:
     return T
 
 
-def _deskewed(kiss: KissICP, sweep: Array, share: Array) -> Array:
-    # KISS-ICP takes the first and the last point for the ends of the motion. Two that it drops,
-    # as they are nowhere, stand there.
-    sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
-    share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
-    return np.asarray(kiss.preprocessor.preprocess(sweep, share, kiss.last_delta))
-
-
-def _placed(points: Array, T_odom_sensor: Array) -> Array:
-    placed: Array = points @ T_odom_sensor[:3, :3].T + T_odom_sensor[:3, 3]
-    return placed
-
-
-def _thinned(kiss: KissICP, placed: Array, T_guess: Array, voxels: float) -> Array:
+def _thinned(kiss: KissICP, in_odom: Array, T_guess: Array, voxels: float) -> Array:
     """Return means of voxels, in the sensor's frame, of points in the odometry's ``(P, 3)``."""
-    means = voxel_means(placed, voxels * kiss.config.mapping.voxel_size)
+    means = voxel_means(in_odom, voxels * kiss.config.mapping.voxel_size)
     thinned: Array = (means - T_guess[:3, 3]) @ T_guess[:3, :3]
     return thinned
 

@@ -16,6 +16,7 @@ from fpnet_lab.cli.options import complete_building, complete_family, complete_s
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
+    from fpnet_lab.sim.drives.visits import RecordingOptions
 
 _Storage = Literal['sqlite3', 'mcap']
 
@@ -40,6 +41,18 @@ def command(
             '--wheels', help='Add wheel odometry, which is then used instead of scan matching.'
         ),
     ] = False,
+    imu: Annotated[
+        bool, typer.Option('--imu', help='Add the angular rates of a gyroscope in the lidar.')
+    ] = False,
+    pace: Annotated[
+        str,
+        typer.Option(
+            '--pace',
+            metavar='NAME',
+            help='robot, or walk: 1.5 m/s and turns of up to 430 degrees a second, as with a '
+            'lidar in the hand or on the back.',
+        ),
+    ] = 'robot',
     building: Annotated[
         str,
         typer.Option(
@@ -94,21 +107,13 @@ def command(
     """
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
-    from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES
-    from fpnet_lab.sim.drives.laser_scans import check_planar
     from fpnet_lab.sim.drives.mesh_worlds import read_mesh
-    from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
-    from fpnet_lab.sim.lidars.sensors import SENSORS
+    from fpnet_lab.sim.drives.recording import make_recording, write_recording
 
-    lidar = named('sensor', sensor, SENSORS)
-    if laser_scans:
-        check_planar(lidar)
     folder = out if out is not None else Path('out') / 'recording'
-    style = named('building style', building, BUILDING_STYLES)
-    options = RecordingOptions(family=family, lidar=lidar, style=style)
     recording = make_recording(
         seed or 0,
-        options,
+        _options(family, sensor, laser_scans, building, pace),
         floorplan=_read(plan, said, json_path) if plan else None,
         mesh=read_mesh(mesh) if mesh else None,
     )
@@ -118,6 +123,7 @@ def command(
             folder,
             storage=storage,
             with_wheels=wheels,
+            with_imu=imu,
             laser_scans=laser_scans,
             progress=lambda _done, _total: advance(1.0),
         )
@@ -128,6 +134,24 @@ def command(
         f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}',
         json_path,
     )
+
+
+def _options(
+    family: str | None, sensor: str, laser_scans: bool, building: str, pace: str
+) -> RecordingOptions:
+    from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES
+    from fpnet_lab.sim.drives.driving import PACES
+    from fpnet_lab.sim.drives.laser_scans import check_planar
+    from fpnet_lab.sim.drives.tours import TourLimits
+    from fpnet_lab.sim.drives.visits import RecordingOptions
+    from fpnet_lab.sim.lidars.sensors import SENSORS
+
+    lidar = named('sensor', sensor, SENSORS)
+    if laser_scans:
+        check_planar(lidar)
+    style = named('building style', building, BUILDING_STYLES)
+    limits = TourLimits(motion=named('pace', pace, PACES))
+    return RecordingOptions(family=family, lidar=lidar, style=style, limits=limits)
 
 
 def _read(plan: Path, said: common.DrawingOptions, json_path: Path | None) -> GridMap:

@@ -94,6 +94,31 @@ _FAULTS = (
     Column('median error', 'median_m', Units.METRES),
 )
 
+_NOT_TRIED = dict.fromkeys(('localised', 'wrong', 'off', 'first_m', 'median_m', 'median_deg'))
+
+
+def _localised(row: Row) -> str:
+    return '' if row['localised'] is None else f'{row["localised"]} of {row["walks"]}'
+
+
+_WALKS = (  # numerical: digits
+    Column('odometry', 'name'),
+    Column('localised', _localised),
+    Column('wrong poses', 'wrong'),
+    Column('poses off', 'off'),
+    Column('first pose', 'first_m', Units.PATH),
+    Column('median error', together(('median_m', Units.METRES), ('median_deg', Unit('°', 1)))),
+    Column('off after 1 s', together(('second_m', Units.METRES), ('second_deg', Unit('°', 1)))),
+    Column('most', 'second_m_max', Units.METRES),
+    Column('length of path', 'path_max', Units.NUMBER),
+    Column('time of a core', 'register_ms', Units.MS),
+)
+_ODOMETRIES = {
+    'with a gyroscope': 'gyro',
+    'scans alone': 'scans',
+    "kiss-icp's own class": 'kiss_icp',
+}
+
 _MB = Unit(' MB')
 _HOUR = (  # numerical: digits
     ('tick, median', 'tick_ms_p50', Units.MS),
@@ -233,6 +258,12 @@ def carried_off(report: Row) -> Figures:
 def faults(report: Row) -> Figures:
     """Return what is published while inputs are broken."""
     return {'': Table.of(_FAULTS, named(report['faults']))}, {}
+
+
+def walks(report: Row) -> Figures:
+    """Return how a lidar is localised that a person carries."""
+    rows = {title: _NOT_TRIED | report['odometries'][key] for title, key in _ODOMETRIES.items()}
+    return {'': Table.of(_WALKS, named(rows))}, {}
 
 
 def long_run(report: Row) -> Figures:

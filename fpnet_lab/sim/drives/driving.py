@@ -32,10 +32,9 @@ _SWAY_S = 0.12  # correlation time of roll and pitch; chosen
 _SPACING_M = 0.02  # numerical: of the resampled path
 _LONGEST_LEG_S = 600.0  # numerical: a robot that circles around its goal gives up
 
-# The controller: turn rate over heading error [1/s]; heading error at which the robot stands and
-# turns [rad]; how near to the goal its direction means nothing [m]; speed [m/s] and angle [rad]
-# that count as reached. Chosen.
-_GAIN, _SLOW_RAD, _BLIND_M, _STOPPED = 2.5, 0.9, 0.12, 0.02
+# The controller: heading error at which the robot stands and turns [rad]; how near to the goal its
+# direction means nothing [m]; speed [m/s] and angle [rad] that count as reached. Chosen.
+_SLOW_RAD, _BLIND_M, _STOPPED = 0.9, 0.12, 0.02
 
 _X, _Y, _YAW, _SPEED, _RATE = range(5)
 
@@ -48,6 +47,9 @@ class MotionLimits:
     acceleration_mps2: float = 0.8
     turn_rate_radps: float = float(np.deg2rad(55.0))
     turn_acceleration_radps2: float = float(np.deg2rad(90.0))
+    turn_gain: float = 2.5
+    """Turn rate over heading error [1/s]."""
+
     lookahead_m: float = 0.4
     standstill_s: float = 1.0
     """Pause before the first move, in which an odometry builds its first map."""
@@ -58,7 +60,21 @@ class MotionLimits:
 
 
 MOTION = MotionLimits()
-"""Of every simulated robot."""
+"""Of a robot on wheels."""
+
+WALK = MotionLimits(
+    speed_mps=1.5,
+    acceleration_mps2=2.0,
+    turn_rate_radps=float(np.deg2rad(430.0)),
+    turn_acceleration_radps2=float(np.deg2rad(1700.0)),
+    turn_gain=7.0,
+    lookahead_m=0.5,
+    sway_rad=float(np.deg2rad(2.0)),
+)
+"""Of a person who carries the lidar in the hand or on the back. Chosen."""
+
+PACES = {'robot': MOTION, 'walk': WALK}
+"""By name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +135,7 @@ def drive_legs(
     legs: Sequence[Leg],
     rooms: Sequence[int],
     rng: np.random.Generator,
+    motion: MotionLimits = MOTION,
 ) -> Tour:
     """
     Drive legs one after another, from a standstill with a random heading.
@@ -128,54 +145,56 @@ def drive_legs(
     legs : at least one; each starts where the one before ends
     rooms : the rooms that the tour visits, kept in it
     rng : draws the first heading, roll and pitch
+    motion : how fast the robot goes and turns
     """
     first = legs[0].path[1] - legs[0].path[0]
     yaw = float(np.arctan2(first[1], first[0]) + rng.uniform(-1.0, 1.0) * np.pi / 2.0)
     state = np.array([*legs[0].path[0], yaw, 0.0, 0.0])
     limits = np.array(
         [
-            MOTION.speed_mps,
-            MOTION.acceleration_mps2,
-            MOTION.turn_rate_radps,
-            MOTION.turn_acceleration_radps2,
-            MOTION.step_s,
+            motion.speed_mps,
+            motion.acceleration_mps2,
+            motion.turn_rate_radps,
+            motion.turn_acceleration_radps2,
+            motion.step_s,
+            motion.turn_gain,
         ]
     )
-    tracks = [np.tile(state[:3], (1 + round(MOTION.standstill_s / MOTION.step_s), 1))]
-    ahead = round(MOTION.lookahead_m / _SPACING_M)
+    tracks = [np.tile(state[:3], (1 + round(motion.standstill_s / motion.step_s), 1))]
+    ahead = round(motion.lookahead_m / _SPACING_M)
     for leg in legs:
         points = _resample(leg.path, _SPACING_M)
         tracks.append(_follow(points, _SPACING_M, ahead, state, limits))
         tracks.append(_turn(leg.look_rad, state, limits))
     xy_yaw = np.concatenate(tracks)
-    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], MOTION.step_s, axis=0), axis=1)
+    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], motion.step_s, axis=0), axis=1)
     return Tour(
-        time_s=MOTION.step_s * np.arange(len(xy_yaw), dtype=np.float64),
+        time_s=motion.step_s * np.arange(len(xy_yaw), dtype=np.float64),
         xy=xy_yaw[:, :2],
         yaw_rad=xy_yaw[:, 2],
-        tilt_rad=_sway(speed / MOTION.speed_mps, rng),
+        tilt_rad=_sway(speed / motion.speed_mps, rng, motion),
         rooms=tuple(rooms),
     )
 
 
-def _sway(speed_share: Array, rng: np.random.Generator) -> Array:
+def _sway(speed_share: Array, rng: np.random.Generator, motion: MotionLimits) -> Array:
     """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
     noise = rng.standard_normal((len(speed_share), 2))
-    smooth = gaussian_filter1d(noise, _SWAY_S / MOTION.step_s, axis=0)
+    smooth = gaussian_filter1d(noise, _SWAY_S / motion.step_s, axis=0)
     unit = smooth / smooth.std(axis=0)
-    share = gaussian_filter1d(speed_share, _SWAY_S / MOTION.step_s)
-    sway: Array = MOTION.sway_rad * share[:, None] * unit
+    share = gaussian_filter1d(speed_share, _SWAY_S / motion.step_s)
+    sway: Array = motion.sway_rad * share[:, None] * unit
     return sway
 
 
 # The compiled functions below change ``state (5,)``: x, y, unwrapped yaw, speed, turn rate.
-# ``limits (5,)`` are speed, acceleration, turn rate, turn acceleration and time step.
+# ``limits (6,)`` are speed, acceleration, turn rate, turn acceleration, time step and turn gain.
 
 
 @njit(cache=True)
 def _step(state: Any, limits: Any, speed: float, error: float) -> None:
     """Move one time step towards the wanted speed and heading, within the limits."""
-    most, gain, dt = limits[2], _GAIN * abs(error), limits[4]
+    most, gain, dt = limits[2], limits[5] * abs(error), limits[4]
     rate = min(gain, np.sqrt(limits[3] * abs(error)), most)
     rate = rate if error >= 0.0 else -rate
     turn, push = dt * limits[3], dt * limits[1]

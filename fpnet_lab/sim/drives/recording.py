@@ -34,6 +34,7 @@ from fpnet_lab.sim.buildings.building import Building
 from fpnet_lab.sim.buildings.meshes import TriangleMesh
 from fpnet_lab.sim.drives.drift import wheel_odometry
 from fpnet_lab.sim.drives.driving import Tour
+from fpnet_lab.sim.drives.imu import gyro_rates
 from fpnet_lab.sim.drives.laser_scans import check_planar, laser_readings
 from fpnet_lab.sim.drives.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
 from fpnet_lab.sim.drives.visits import RecordingOptions, generated_visit, mesh_visit, traced_visit
@@ -41,6 +42,7 @@ from fpnet_lab.sim.lidars.lidar import LidarSimulator
 
 __all__ = [
     'CLOUD_TOPIC',
+    'IMU_TOPIC',
     'LASER_TOPIC',
     'LIDAR_FRAME',
     'ODOMETRY_TOPIC',
@@ -55,6 +57,7 @@ Array = NDArray[np.float64]
 
 CLOUD_TOPIC, LASER_TOPIC = '/points', '/scan'
 ODOMETRY_TOPIC = '/wheels/odometry'
+IMU_TOPIC = '/imu'
 TRUTH_TOPIC = '/ground_truth/pose'
 LIDAR_FRAME, ODOM_FRAME = 'lidar', 'odom'
 BUILDING_FRAME = 'building'
@@ -102,6 +105,10 @@ class Recording:
         """Return drifting poses ``T_odom_sensor (S, 4, 4)`` at the stamps of all scans."""
         rng = np.random.default_rng((self.seed, len(self)))  # scans use the seeds up to here
         return wheel_odometry(self.truth(), rng)
+
+    def gyro_rates(self) -> tuple[NDArray[np.int64], Array]:
+        """Return stamps ``(K,)`` and rates ``(K, 3)`` [rad/s] of a gyroscope in the lidar."""
+        return gyro_rates(self.tour, np.random.default_rng((self.seed, len(self) + 1)))
 
     def summary(self) -> dict[str, Any]:
         """Return what the recording holds and how its floorplan is distorted, for JSON."""
@@ -199,6 +206,7 @@ def write_recording(
     *,
     storage: Storage = 'sqlite3',
     with_wheels: bool = False,
+    with_imu: bool = False,
     laser_scans: bool = False,
     progress: Progress | None = None,
 ) -> None:
@@ -219,6 +227,8 @@ def write_recording(
     with_wheels : bool
         Adds wheel odometry on ``/wheels/odometry``, frames ``odom`` and ``lidar``; readers then
         take it instead of matching scans.
+    with_imu : bool
+        Adds the angular rates of a gyroscope in the lidar on ``/imu``.
     laser_scans : bool
         Writes what a planar sensor sees as LaserScans on ``/scan``, in place of the clouds.
     progress : callable
@@ -245,8 +255,12 @@ def write_recording(
     text = json.dumps({**recording.summary(), **drawn}, indent=2) + '\n'
     (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
     wheels = recording.wheel_odometry() if with_wheels else None
+    rates = list(zip(*recording.gyro_rates(), strict=True)) if with_imu else []
     with BagWriter(out_dir / BAG_NAME, storage) as bag:
         for index, scan in enumerate(recording):
+            while rates and rates[0][0] <= scan.stamp_ns:
+                stamp_ns, rate = rates.pop(0)
+                bag.write_imu(IMU_TOPIC, int(stamp_ns), LIDAR_FRAME, rate)
             if planar is None:
                 _write_cloud(bag, scan, model.period_s)
             else:

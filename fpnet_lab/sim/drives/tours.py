@@ -20,7 +20,7 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_core.trajectory import path_length
 from fpnet_lab.sim.buildings.openings import walkable_area
-from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MOTION, Leg, Tour, drive_legs
+from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MOTION, Leg, MotionLimits, Tour, drive_legs
 from fpnet_lab.sim.drives.routes import NO_ROOM, Place, Router, draw_nearby
 from fpnet_lab.sim.types import BuildingPlan
 
@@ -39,11 +39,12 @@ _PACE = 0.75  # mean speed on a path over the highest speed
 
 @dataclass(frozen=True)
 class TourLimits:
-    """What a tour must contain: distinct rooms (the first one included) and time."""
+    """What a tour must contain, distinct rooms (the first one included) and time; its pace."""
 
     rooms: int = 5
     shortest_s: float = 60.0
     longest_s: float = 100.0
+    motion: MotionLimits = MOTION
 
 
 class Ground(Protocol):
@@ -101,7 +102,7 @@ def tour_on(ground: Ground, rng: np.random.Generator, limits: TourLimits) -> Tou
         places, legs = _choose_legs(ground, start, rng, limits)
         if legs and len(places) >= ground.least_places:
             rooms = [place.room for place in places if place.room != NO_ROOM]
-            tour = drive_legs(legs, rooms, rng)
+            tour = drive_legs(legs, rooms, rng, limits.motion)
             in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
             if in_time and ground.is_clear(tour):
                 return tour
@@ -122,7 +123,7 @@ def _choose_legs(
         path, place = next(ways, (None, start))
         if path is None:
             break
-        clock_s += _leg_time_s(path)
+        clock_s += _leg_time_s(path, limits.motion)
         if clock_s > limits.longest_s:
             break
         legs.append(_draw_leg(path, rng))
@@ -130,9 +131,9 @@ def _choose_legs(
     return places, legs
 
 
-def _leg_time_s(path: Array) -> float:
+def _leg_time_s(path: Array, motion: MotionLimits) -> float:
     """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
-    return path_length(path) / (_PACE * MOTION.speed_mps) + _LINGER_S
+    return path_length(path) / (_PACE * motion.speed_mps) + _LINGER_S
 
 
 def _draw_leg(path: Array, rng: np.random.Generator) -> Leg:

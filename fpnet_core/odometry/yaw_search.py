@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How a sensor turned during a sweep, by a search over heading and turn rate.
+
+Registration begins where the last motion leads to. A person with a lidar in the hand changes the
+turn rate by a hundred degrees a second from one sweep to the next: the guess is ten degrees off,
+the sweep is deskewed by a wrong motion, and the map takes it so. The likelihood field (Thrun et
+al., Probabilistic Robotics, 6.4) of the walls that the last sweeps saw tells both at once: heading
+and turn rate are those with which a deskewed sweep lies on them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from fpnet_core.geometry.motion import carried
+
+Array = NDArray[np.float64]
+
+_CELL_M, _HALF = 0.1, 160  # numerical: of the likelihood field, 16 m to each side
+_SIGMA_M = 0.15
+"""Standard deviation of returns around the walls of a few sweeps [m]. Chosen: noise and drift."""
+
+_SWEEPS = 5
+"""Sweeps whose walls make the field. Chosen: half a second."""
+
+_RETURNS, _FEWEST = 400, 50
+"""Returns that are laid on the field, at most and at least. Chosen: for 5 ms of a core."""
+
+_OFF_RAD, _CHANGE_RAD = math.radians(1.0), math.radians(8.0)
+"""
+Prior of the heading where a sweep begins, and of the turn rate's change in a period [rad]: one
+standard deviation costs ``_PRIOR`` of the mean likelihood. Chosen on simulated walks.
+"""
+
+_PRIOR = 0.005
+_GAIN, _DENIED = 0.01, 0.05
+"""
+By less of the mean likelihood a guess, and a gyroscope's, is not left. Chosen: below it a robot's
+guesses are as good, and turns that the search makes up of noise gain less than the second.
+"""
+
+# Numerical: steps of the search [rad], each over so many of them to either side in heading and in
+# turn rate, around the best before.
+_GRIDS = ((math.radians(3.0), 5, 10), (math.radians(1.0), 2, 3), (math.radians(0.4), 2, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """
+    Where a sensor may be at the stamp of a sweep, and how it moved.
+
+    ``T_odom_sensor (4, 4)`` is its pose, ``T_start_end (4, 4)`` the motion during one period that
+    deskews the sweep.
+    """
+
+    T_odom_sensor: Array
+    T_start_end: Array
+
+    @classmethod
+    def moved(cls, T_last: Array, motion: Array) -> Guess:
+        """Return where a motion ``(4, 4)`` leads to from the last pose."""
+        motion = motion.copy()  # KISS-ICP ends the process at a rotation that rounding has bent
+        motion[:3, :3] = Rotation.from_matrix(motion[:3, :3]).as_matrix()
+        return cls(T_last @ motion, motion)
+
+
+class YawSearch:
+    """Finds heading and turn rate of each sweep among the walls of the last ones."""
+
+    def __init__(self) -> None:
+        self._walls: deque[Array] = deque(maxlen=_SWEEPS)
+
+    def note(self, walls: Array) -> None:
+        """Take what a registered sweep saw of walls ``(P, 3)``, odometry frame [m]."""
+        self._walls.append(walls)
+
+    def best(
+        self, guess: Guess, by_gyro: Guess | None, walls: Array, share: Array, stamp_share: float
+    ) -> tuple[Guess, bool]:
+        """
+        Return the most likely guess, and whether the walls have told it.
+
+        Parameters
+        ----------
+        guess
+            From which the search begins, and which stays where the walls tell nothing.
+        by_gyro
+            Another one, which only walls that deny it leave.
+        walls : (P, 3)
+            Upright returns of the sweep as they came, sensor frame [m].
+        share : (P,)
+            When they were seen, in periods from the stamp; empty: all at the stamp.
+        stamp_share
+            From the middle of the sweep to its stamp, in periods.
+        """
+        every = max(1, len(walls) // _RETURNS)
+        walls, share = walls[::every], share[::every]
+        if len(walls) < _FEWEST or not self._walls:
+            return by_gyro or guess, False
+        centre = guess.T_odom_sensor[:2, 3]
+        field = _likelihood_field(np.vstack(self._walls)[:, :2] - centre)
+        laid = _Laid.of(guess, walls, share, stamp_share, centre)
+        best, begun = np.zeros(2), float(laid.likelihood(field, np.zeros((1, 2)))[0])
+        most = begun
+        for step, headings, rates in _GRIDS:
+            tried = best + step * _grid(headings, rates if len(share) else 0)
+            found = laid.likelihood(field, tried)
+            if found.max() > most:
+                best, most = tried[int(found.argmax())], float(found.max())
+        if by_gyro is not None:
+            laid = _Laid.of(by_gyro, walls, share, stamp_share, centre)
+            if laid.likelihood(field, np.zeros((1, 2)))[0] > most - _DENIED:
+                return by_gyro, False
+        if most - begun < _GAIN:
+            return guess, False
+        return _turned(guess, best[0] + stamp_share * best[1], best[1]), True
+
+
+@dataclass(frozen=True, eq=False)
+class _Laid:
+    """
+    A sweep where a guess lays it, in the plane.
+
+    ``arm (P, 2)`` is from the sensor to the returns and ``origin (2,)`` the sensor, both in axes
+    of the odometry frame [m]; ``time (P,)`` is in periods from the sweep's middle.
+    """
+
+    arm: NDArray[np.float32]
+    origin: Array
+    time: NDArray[np.float32]
+
+    @classmethod
+    def of(
+        cls, guess: Guess, walls: Array, share: Array, stamp_share: float, centre: Array
+    ) -> _Laid:
+        T = guess.T_odom_sensor
+        still = carried(walls, guess.T_start_end, share) if len(share) else walls
+        time = share + stamp_share if len(share) else np.zeros(len(walls))
+        arm = (still @ T[:3, :3].T)[:, :2]
+        return cls(arm.astype(np.float32), T[:2, 3] - centre, time.astype(np.float32))
+
+    def likelihood(self, field: NDArray[np.float32], tried: Array) -> Array:
+        """
+        Return the mean likelihood ``(N,)`` of changes ``tried (N, 2)``, less their prior.
+
+        Of the heading in the sweep's middle [rad] and of the turn rate [rad/period].
+        """
+        heading, rate = tried.T
+        angle = (heading[:, None] + rate[:, None] * self.time).astype(np.float32)
+        c, s = np.cos(angle), np.sin(angle)
+        x = c * self.arm[:, 0] - s * self.arm[:, 1] + self.origin[0]
+        y = s * self.arm[:, 0] + c * self.arm[:, 1] + self.origin[1]
+        mean = field[_cells(y), _cells(x)].mean(axis=1)
+        begins_off = heading - 0.5 * rate
+        prior = (begins_off / _OFF_RAD) ** 2 + (rate / _CHANGE_RAD) ** 2
+        return np.asarray(mean - _PRIOR * prior, dtype=np.float64)
+
+
+def _likelihood_field(walls: Array) -> NDArray[np.float32]:
+    """Return how likely a return is in each cell around the origin, for walls ``(P, 2)`` [m]."""
+    is_inside = (np.abs(walls) < _HALF * _CELL_M).all(axis=1)
+    raster = np.full((2 * _HALF, 2 * _HALF), 1, dtype=np.uint8)
+    raster[_cells(walls[is_inside, 1]), _cells(walls[is_inside, 0])] = 0
+    away_m = cv2.distanceTransform(raster, cv2.DIST_L2, 3) * _CELL_M
+    likelihood = np.exp(-0.5 * (away_m / _SIGMA_M) ** 2)
+    return np.asarray(likelihood, dtype=np.float32)
+
+
+def _cells(metres: NDArray[np.floating]) -> NDArray[np.int32]:
+    """Return rows or columns of the field; those outside are at its edge."""
+    cells: NDArray[np.int32] = np.floor(metres / _CELL_M).astype(np.int32) + _HALF
+    return np.clip(cells, 0, 2 * _HALF - 1)
+
+
+def _grid(headings: int, rates: int) -> Array:
+    """Return all pairs ``(N, 2)`` of whole numbers to both sides of 0."""
+    heading, rate = np.mgrid[-headings : headings + 1, -rates : rates + 1]
+    return np.stack([heading.ravel(), rate.ravel()], axis=1).astype(np.float64)
+
+
+def _turned(guess: Guess, heading: float, rate: float) -> Guess:
+    """Return a guess with another heading at the stamp and turn rate, about the odometry's z."""
+    T, motion = guess.T_odom_sensor.copy(), guess.T_start_end.copy()
+    R = guess.T_odom_sensor[:3, :3]
+    T[:3, :3] = _about_z(heading) @ R
+    motion[:3, :3] = R.T @ _about_z(rate) @ R @ motion[:3, :3]
+    return Guess(T, motion)
+
+
+def _about_z(angle: float) -> Array:
+    return np.asarray(Rotation.from_euler('z', angle).as_matrix())
