@@ -49,8 +49,7 @@ def command(
         typer.Option(
             '--pace',
             metavar='NAME',
-            help='robot, or walk: 1.5 m/s and turns of up to 430 degrees a second, as with a '
-            'lidar in the hand or on the back.',
+            help='robot, or walk: 1.5 m/s, turns of up to 430 degrees a second.',
         ),
     ] = 'robot',
     building: Annotated[
@@ -127,8 +126,7 @@ def command(
             laser_scans=laser_scans,
             progress=lambda _done, _total: advance(1.0),
         )
-    summary = recording.summary()
-    common.write_json(json_path, summary)
+    common.write_json(json_path, summary := recording.summary())
     common.say(
         f'{summary["family"]}: {summary["rooms"]} rooms, {summary["path_m"]:.0f} m through '
         f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}',

@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import Imu, PointCloud2
 
 from fpnet_core.geometry import SE2
 from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
@@ -15,7 +15,7 @@ from fpnet_ros.robot_odometry import Patience
 from fpnet_ros.runtime import STREAM, TF, TF_STATIC
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
-from msg_adapters.stamps import stamp_from_msg
+from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 pytestmark = pytest.mark.ros
@@ -93,6 +93,45 @@ def test_clouds_become_odometry_and_frames_and_bad_ones_are_survived(bench):
     log = node.log.read_text()
     assert log.count('point_step') == 1, log
     assert 'Traceback' not in log
+
+
+def test_the_gyroscope_of_an_imu_is_believed_once_walls_agree(bench):
+    """The IMU hangs upside down on a lidar whose turn rate changes from sweep to sweep."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+    readings = bench.collect(Odometry, 'kiss/odometry', STREAM)
+    reliable = {'qos_overrides./points.subscription.reliability': 'reliable'}
+    node = bench.start(
+        'odometry',
+        {'use_imu': True, 'qos_overrides./imu/data.subscription.reliability': 'reliable'}
+        | reliable,
+        {'pointcloud_topic': '/points', 'imu': '/imu/data'},
+    )
+    publisher = bench.node.create_publisher(PointCloud2, '/points', STREAM)
+    imu = bench.node.create_publisher(Imu, '/imu/data', STREAM)
+    static = bench.node.create_publisher(tf2_msgs.TFMessage, '/tf_static', TF_STATIC)
+    upside_down = transform_to_msg(np.diag([1.0, -1.0, -1.0, 1.0]), 0, 'lidar', 'imu')
+    static.publish(tf2_msgs.TFMessage(transforms=[upside_down]))
+    heard = lambda: publisher.get_subscription_count() and imu.get_subscription_count()  # noqa: E731
+    assert bench.wait_for(lambda: bool(heard()), 120.0), node.log_tail()
+    rng, yaw = np.random.default_rng(8), 0.0
+    for index in range(40):
+        step = rng.uniform(-0.2, 0.2)
+        yaw += step
+        for part in range(1, 11):
+            msg = Imu()
+            at_ns = START_NS + index * PERIOD_NS + (part - 10) * PERIOD_NS // 10
+            msg.header = header_to_msg(at_ns, 'imu')
+            msg.angular_velocity.z = -step / (PERIOD_NS / 1e9)
+            imu.publish(msg)
+        points = _sweep(rng, 0.0) @ SE2.from_xy_yaw(0.0, 0.0, yaw).as_matrix4()[:3, :3]
+        publisher.publish(cloud_to_msg(points, START_NS + index * PERIOD_NS, 'lidar'))
+        assert bench.wait_for(lambda n=index: len(readings) > n, 60.0), node.log_tail()
+    assert 'the walls agree with the gyroscope' in node.log.read_text(), node.log_tail()
+    T = odometry_from_msg(readings[-1]).T_parent_child
+    first_yaw = np.arctan2(*odometry_from_msg(readings[0]).T_parent_child[[1, 0], 0])
+    turned = np.arctan2(T[1, 0], T[0, 0]) - first_yaw
+    expected = yaw - np.random.default_rng(8).uniform(-0.2, 0.2)
+    assert np.angle(np.exp(1j * (turned - expected))) == pytest.approx(0.0, abs=0.03)
 
 
 def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):

@@ -26,6 +26,12 @@ def test_a_lidar_alone_is_its_own_odometry():
     assert named['localizer'].parameters == {'base_frame': 'base_link'}
 
 
+def test_an_imu_is_for_our_odometry():
+    odometry = nodes(imu='/imu/data')['odometry']
+    assert odometry.parameters == {'use_imu': True}
+    assert odometry.remappings['imu'] == '/imu/data'
+
+
 def test_beside_odometry_tf_of_the_robot_s_own_ours_keeps_out_of_tf():
     found = nodes(odom_frame='odom', base_frame='base_link', publish_odom_tf='false')
     parameters = found['odometry'].parameters
@@ -104,6 +110,7 @@ def test_a_map_of_somebody_else_s_needs_no_server():
         ({'floorplan': 'a', 'odometry': 'robot', 'publish_odom_tf': 'true'}, 'needs odometry of'),
         ({'floorplan': 'a', 'odometry': 'both', 'publish_odom_tf': 'true'}, 'second parent'),
         ({'floorplan': 'a', 'odom_topic': '/odom'}, 'odometry:=robot or odometry:=both'),
+        ({'floorplan': 'a', 'odometry': 'robot', 'imu': '/imu'}, 'odometry of ours only'),
         ({'floorplan': 'a', 'storey': 'two'}, 'storey:=two is no int'),
         ({'floorplan': 'a', 'autostart': 'yes'}, 'neither true nor false'),
     ],

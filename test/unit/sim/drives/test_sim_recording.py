@@ -7,14 +7,18 @@ from itertools import islice
 import numpy as np
 import open3d as o3d
 import pytest
+from scipy.spatial.transform import Rotation
 import shapely
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.sim.buildings.meshes import merge_meshes
 from fpnet_lab.sim.buildings.openings import walkable_area
-from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.drives.driving import WALK
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
 from fpnet_lab.sim.drives.scanning import EPOCH_NS
+from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.drives.visits import DEFAULT_FAMILIES
 from fpnet_lab.sim.lidars.lidar import LidarModel
 from fpnet_lab.sim.plans import FAMILIES
@@ -174,3 +178,16 @@ def test_unknown_family_and_impossible_rooms_are_refused():
         make_recording(0, RecordingOptions(family='igloo'))
     with pytest.raises(ConfigError, match='no plan of family'):
         make_recording(0, RecordingOptions(family='bent', rooms=(12, 11)))
+
+
+def test_a_gyroscope_tells_the_turns_of_a_walk_with_its_bias(tmp_path):
+    limits = TourLimits(rooms=2, shortest_s=5.0, longest_s=20.0, motion=WALK)
+    recording = make_recording(3, RecordingOptions(lidar=COARSE, limits=limits), threads=1)
+    write_recording(recording, tmp_path, with_imu=True)
+    scans = list(open_scans(tmp_path / 'bag'))
+    told = Rotation.from_matrix(scans[0].R_gyro_sensor.T @ scans[-1].R_gyro_sensor)
+    truth = recording.truth()[:, :3, :3]
+    true = Rotation.from_matrix(truth[0].T @ truth[-1])
+    off_deg = np.rad2deg((told.inv() * true).magnitude())
+    assert 0.0 < off_deg < 2.0 * 0.3 * recording.tour.duration_s, 'two deviations of the bias'
+    assert recording.tour.path_m / recording.tour.duration_s > 0.7
