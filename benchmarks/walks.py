@@ -4,8 +4,8 @@
 """
 How a lidar is localised that a person carries, with and without a gyroscope.
 
-Run: python benchmarks/walks.py [--drives 20] [--seed 9500] [--workers 1] [--json OUT];
-     then fpnet bench figures walks=OUT
+Run: python benchmarks/walks.py ../shared/data/radish [--drives 20] [--seed 9500] [--workers 1]
+     [--json OUT]; then fpnet bench figures walks=OUT
 
 Walks through generated buildings on exact plans: 1.5 m/s, turns of about 150 degrees a second at
 the 95th percentile, 280 at the 99th and 430 at most (``fpnet simulate recording --pace walk``), by
@@ -22,13 +22,16 @@ kiss_icp
 A walk is localised where its last pose is right, within 1 m and 10 degrees; a pose is wrong by
 more than 3 m or 30 degrees. ``second_m`` and ``second_deg`` are how far odometry is off after a
 second, in the median over the walk; ``path`` is the length of its path over the true one's, and
-``register_ms`` the time of a core that a sweep takes.
+``register_ms`` the time of a core that a sweep takes. Of the folder's real laser log of
+Freiburg-079, a robot on wheels, odometry gets the scans alone (4 a second, without times), and the
+poses of the log are the truth.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 import functools
 import json
+from pathlib import Path
 import time
 from typing import Any
 
@@ -42,11 +45,13 @@ from fpnet_core.accuracy import pose_errors
 from fpnet_core.cli.common import load
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry.gyro_track import GyroTrack
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.cli.reports import finish
+from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.inputs import ROOMS, drive_through
 from fpnet_lab.pool import each_done
 from fpnet_lab.sim.drives.driving import WALK
@@ -57,6 +62,7 @@ TOUR = TourLimits(rooms=4, shortest_s=24.0, longest_s=50.0, motion=WALK)
 SENSORS = ('beams32', 'beams16', 'dome', 'planar')
 RIGHT_M, RIGHT_RAD = 1.0, np.deg2rad(10.0)
 SECOND = 10  # sweeps
+LOG = 'freiburg-079'
 
 
 def with_gyro(recording: Recording, scans: list[Scan]) -> Iterator[Scan]:
@@ -85,7 +91,8 @@ def by_upstream(scans: list[Scan], config: FpnetConfig) -> Iterator[tuple[Scan, 
     kiss = KissICP(KISSConfig(data=data, mapping={'voxel_size': own.voxel_size}))
     for scan in scans:
         began_s = time.process_time()
-        kiss.register_frame(scan.points.astype(np.float64), scan.time_s)
+        time_s = np.zeros(0) if scan.time_s is None else scan.time_s
+        kiss.register_frame(scan.points.astype(np.float64), time_s)
         took_s = time.process_time() - began_s
         yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=kiss.last_pose.copy()), took_s
 
@@ -148,6 +155,17 @@ def walk(number: int, seed: int, config: FpnetConfig) -> dict[str, Any]:
     return {'seed': seed + number, 'family': family, 'sensor': sensor, 'turns': turns, **found}
 
 
+def real_log(folder: Path, config: FpnetConfig) -> dict[str, Any]:
+    """Return how odometry by the scans of a real log alone compares with the log's poses."""
+    scans = list(open_scans(read_fitted_truth(folder, LOG).log))
+    truth = np.array([scan.T_odom_sensor for scan in scans])
+    bare = [replace(scan, T_odom_sensor=None) for scan in scans]
+    return {
+        'scans': odometry_figures(list(registered(iter(bare), config)), truth),
+        'kiss_icp': odometry_figures(list(by_upstream(bare, config)), truth),
+    }
+
+
 def sums(walks: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what all walks by one odometry come to: sums of counts, medians of the others."""
     total: dict[str, Any] = {'walks': len(walks)}
@@ -163,9 +181,11 @@ def sums(walks: list[dict[str, Any]]) -> dict[str, Any]:
 def main() -> None:
     """Print one line per walk and odometry, and the sums."""
     parser = drives_parser(__doc__, drives=20, seed=9500)
+    parser.add_argument('folder', type=Path, help='the radish data folder')
     parser.add_argument('--workers', type=int, default=1)
     arguments = parser.parse_args()
-    make = functools.partial(walk, seed=arguments.seed, config=load(None, arguments.set))
+    config = load(None, arguments.set)
+    make = functools.partial(walk, seed=arguments.seed, config=config)
     walks = []
     for number, done in each_done(make, range(arguments.drives), arguments.workers):
         for name in ('gyro', 'scans', 'kiss_icp'):
@@ -173,7 +193,8 @@ def main() -> None:
             print(json.dumps(brief | done[name]), flush=True)
         walks.append(done)
     totals = {name: sums([each[name] for each in walks]) for name in ('gyro', 'scans', 'kiss_icp')}
-    finish('walks', arguments.json, {'walks': walks, 'odometries': totals})
+    log = real_log(arguments.folder, config)
+    finish('walks', arguments.json, {'walks': walks, 'odometries': totals, 'log': log})
 
 
 if __name__ == '__main__':

@@ -410,6 +410,7 @@ REPORTS = {
             'scans': WALK | {'localised': 19, 'wrong': 0, 'off': 2, 'median_m': 0.07},
             'kiss_icp': WALK,
         },
+        'log': {'scans': WALK | {'path': 1.1}, 'kiss_icp': WALK | {'path': 30.0}},
     },
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},

@@ -113,6 +113,14 @@ _WALKS = (  # numerical: digits
     Column('length of path', 'path_max', Units.NUMBER),
     Column('time of a core', 'register_ms', Units.MS),
 )
+_WALKED_LOG = (  # numerical: digits
+    Column('odometry', 'name'),
+    Column(
+        'off after ten scans', together(('second_m', Units.METRES), ('second_deg', Unit('°', 1)))
+    ),
+    Column('length of path', 'path', Units.NUMBER),
+    Column('time of a core', 'register_ms', Units.MS),
+)
 _ODOMETRIES = {
     'with a gyroscope': 'gyro',
     'scans alone': 'scans',
@@ -263,7 +271,9 @@ def faults(report: Row) -> Figures:
 def walks(report: Row) -> Figures:
     """Return how a lidar is localised that a person carries."""
     rows = {title: _NOT_TRIED | report['odometries'][key] for title, key in _ODOMETRIES.items()}
-    return {'': Table.of(_WALKS, named(rows))}, {}
+    log = {title: report['log'][key] for title, key in _ODOMETRIES.items() if key in report['log']}
+    tables = {'': Table.of(_WALKS, named(rows)), 'log': Table.of(_WALKED_LOG, named(log))}
+    return tables, {}
 
 
 def long_run(report: Row) -> Figures:

@@ -151,7 +151,9 @@ def test_figures_of_long_drives():
     assert none[:5] == ['none', '9 of 10', '8', '1.5 s, 4.0 s', '12']
     assert none[5:] == ['0.9 s', '0', '3', '91 %', '2.4 m', '0.07 m']
     assert gap[2:4] == ['0', '']
-    _, _, gyro, _, upstream = rows(published('walks', REPORTS['walks'](), MADE)['walks'])
+    walks = published('walks', REPORTS['walks'](), MADE)
+    _, _, gyro, _, upstream = rows(walks['walks'])
+    assert rows(walks['walks.log'])[2] == ['scans alone', '0.02 m, 0.2°', '1.10', '30 ms']
     assert gyro[:6] == ['with a gyroscope', '20 of 20', '0', '1', '2.0 m', '0.05 m, 0.4°']
     assert upstream[1:4] == ['', '', ''], "upstream's poses are not localised on"
 
