@@ -241,6 +241,7 @@ class KissOdometry:
     def _best(self, kiss: KissICP, sweep: Array, share: Array, instant: float = _END) -> Guess:
         """Return where and how the sensor moved; ``share (P,)`` in periods to its instant."""
         if self._told is not None:
+            self._T_start_end = None
             return Guess.moved(kiss.last_pose, self._told)
         motion, by_gyro = kiss.last_delta.copy(), None
         if self._T_start_end is not None:

@@ -89,11 +89,16 @@ class Guess:
     T_start_end: Array
 
     @classmethod
+    def of(cls, T_odom_sensor: Array, motion: Array) -> Guess:
+        """Return a guess; KISS-ICP ends the process at a rotation that rounding has bent."""
+        motion = motion.copy()
+        motion[:3, :3] = Rotation.from_matrix(motion[:3, :3]).as_matrix()
+        return cls(T_odom_sensor, motion)
+
+    @classmethod
     def moved(cls, T_last: Array, motion: Array) -> Guess:
         """Return where a motion ``(4, 4)`` leads to from the last pose."""
-        motion = motion.copy()  # KISS-ICP ends the process at a rotation that rounding has bent
-        motion[:3, :3] = Rotation.from_matrix(motion[:3, :3]).as_matrix()
-        return cls(T_last @ motion, motion)
+        return cls.of(T_last @ motion, motion)
 
     def apart_rad(self, other: Guess) -> float:
         """Return the angle between the turns of two guesses [rad]."""
@@ -244,7 +249,7 @@ def _turned(guess: Guess, heading: float, rate: float) -> Guess:
     R = guess.T_odom_sensor[:3, :3]
     T[:3, :3] = _about_z(heading) @ R
     motion[:3, :3] = R.T @ _about_z(rate) @ R @ motion[:3, :3]
-    return Guess(T, motion)
+    return Guess.of(T, motion)
 
 
 def _about_z(angle: float) -> Array:
