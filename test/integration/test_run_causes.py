@@ -12,7 +12,7 @@ from fpnet_core.config import load_config
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.sites import Site, Storey
-from fpnet_core.types import CauseKind
+from fpnet_core.types import CauseKind, Status
 from fpnet_lab.sim.drives.recording import (
     Recording,
     RecordingOptions,
@@ -76,8 +76,13 @@ def test_a_lidar_upside_down_is_no_mirrored_drawing(recording, plan):
     assert kinds(plan, Drive(recording, is_over=True)) == [CauseKind.UPSIDE_DOWN]
 
 
-def test_two_scans_a_second_are_too_few_for_odometry(recording, plan):
-    assert kinds(plan, Drive(recording, every=5))[0] is CauseKind.RARE_SCANS
+def test_two_scans_a_second_will_do(recording, plan):
+    run = Run(plan, Drive(recording, every=5), load_config())
+    assert (run.status, list(run.causes())) == (Status.LOCALIZED, [])
+
+
+def test_one_scan_a_second_is_too_few_for_odometry(recording, plan):
+    assert kinds(plan, Drive(recording, every=10))[0] is CauseKind.RARE_SCANS
 
 
 def test_twin_storeys_are_no_other_building(recording, plan):
