@@ -77,7 +77,8 @@ class Circumstances:
     missing_looks : further ones that a claim takes
     needs_news : those must have seen something new
     storey : where the best placement is, of a site with several; else empty
-    rival_storey : another storey and the share of the walls that its best placement explains
+    rival_storey : another storey, the share of the walls that its best placement explains, and the
+        probability of that one
     unsearched : other storeys that are still to be searched
     """
 
@@ -91,7 +92,7 @@ class Circumstances:
     missing_looks: int = 0
     needs_news: bool = False
     storey: str = ''
-    rival_storey: tuple[str, float] | None = None
+    rival_storey: tuple[str, float, float] | None = None
     unsearched: int = 0
 
 
@@ -175,8 +176,8 @@ def _other_storey(look: Circumstances) -> list[str]:
     """Return what the strongest other storey explains; nothing without one."""
     if look.rival_storey is None:
         return []
-    name, share = look.rival_storey
-    return [f'storey {name} explains {percent(share)}']
+    name, share, probability = look.rival_storey
+    return [f'storey {name} explains {percent(share)} (p {probability:.2f})']
 
 
 def _explains_well(verdict: Verdict, look: Circumstances) -> bool:

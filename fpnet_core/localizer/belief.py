@@ -112,8 +112,8 @@ class Sight:
     storey
         The one that the verdict is about, where there are several.
     rival_storey
-        The other storey with the most probable placement, and the share of the walls that it
-        explains; None without one.
+        The other storey with the most probable placement, the share of the walls that this
+        explains, and its probability; None without one.
     unsearched
         Other storeys that have not been searched with what a claim takes.
     """
@@ -126,7 +126,7 @@ class Sight:
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
     storey: str = ''
-    rival_storey: tuple[str, float] | None = None
+    rival_storey: tuple[str, float, float] | None = None
     unsearched: int = 0
 
 

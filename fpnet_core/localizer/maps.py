@@ -229,10 +229,10 @@ def match_storeys(
 
 @dataclass(frozen=True)
 class _Storeys:
-    """A storey's ``name`` among others, and the strongest of these with what it explains."""
+    """A storey's ``name`` among others; of the strongest of these what it explains and its p."""
 
     name: str = ''
-    rival: tuple[str, float] | None = None
+    rival: tuple[str, float, float] | None = None
 
 
 def _standing(name: str, order: Sequence[str], told: Mapping[str, Verdict]) -> _Storeys:
@@ -241,7 +241,8 @@ def _standing(name: str, order: Sequence[str], told: Mapping[str, Verdict]) -> _
         return _Storeys()
     if not others:
         return _Storeys(name)
-    return _Storeys(name, (others[0], float(told[others[0]].evidence.of('support')[0])))
+    verdict = told[others[0]]
+    return _Storeys(name, (others[0], float(verdict.evidence.of('support')[0]), verdict.best))
 
 
 def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> MapMatch:

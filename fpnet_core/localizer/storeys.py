@@ -132,11 +132,11 @@ class OtherStorey:
         return 0.0 if self.verdict is None else self.verdict.best
 
     @property
-    def explained(self) -> float:
-        """Share of the walls that its best placement explains; 0 without any."""
+    def said(self) -> tuple[str, float, float]:
+        """Its name, the share of the walls that its best placement explains, and its p."""
         if self.verdict is None or not len(self.verdict.evidence):
-            return 0.0
-        return float(self.verdict.evidence.of('support')[0])
+            return self.plan.name, 0.0, 0.0
+        return self.plan.name, float(self.verdict.evidence.of('support')[0]), self.best
 
     def is_searched(self, area_m2: float) -> bool:
         """Tell whether it was searched with as much as a claim takes."""

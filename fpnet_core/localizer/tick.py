@@ -348,7 +348,7 @@ class _Tick:
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',
-            rival_storey=None if rival is None else (rival.plan.name, rival.explained),
+            rival_storey=None if rival is None else rival.said,
             unsearched=unsearched(others, area_m2),
         )
 
