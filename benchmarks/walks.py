@@ -16,8 +16,8 @@ gyro
 scans
     the same without one;
 kiss_icp
-    the ``KissICP`` of its package at its own settings for indoors (20 m, voxels of 0.4 m), with
-    the times of points, for comparison: its poses are not localised on.
+    the ``KissICP`` of its package with the same range and voxels, and the times of points, for
+    comparison: its poses are not localised on.
 
 A walk is localised where its last pose is right, within 1 m and 10 degrees; a pose is wrong by
 more than 3 m or 30 degrees. ``second_m`` and ``second_deg`` are how far odometry is off after a
@@ -88,7 +88,9 @@ def by_upstream(scans: list[Scan], config: FpnetConfig) -> Iterator[tuple[Scan, 
     """Yield the same by the package's own class."""
     own = config.odometry
     data = {'max_range': own.max_range, 'min_range': own.min_range, 'deskew': True}
-    kiss = KissICP(KISSConfig(data=data, mapping={'voxel_size': own.voxel_size}))
+    is_planar = not np.ptp(scans[0].points[:, 2])
+    voxel_size = own.planar_voxel_size if is_planar else own.voxel_size
+    kiss = KissICP(KISSConfig(data=data, mapping={'voxel_size': voxel_size}))
     for scan in scans:
         began_s = time.process_time()
         time_s = np.zeros(0) if scan.time_s is None else scan.time_s
