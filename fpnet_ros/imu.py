@@ -57,11 +57,11 @@ class GyroInput:
         with self._changed:
             if time.monotonic() - self.heard_s < _SILENT_S:
                 self._changed.wait_for(lambda: self._track.newest_ns >= stamp_ns, _LATE_S)
-            R_start_imu = self._track.at(stamp_ns)
-        if R_start_imu is None or not self._frame:
+            R_start_imu, frame = self._track.at(stamp_ns), self._frame
+        if R_start_imu is None or not frame:
             return None
         try:
-            return np.asarray(R_start_imu @ self._tree.mount(self._frame, sensor)[:3, :3])
+            return np.asarray(R_start_imu @ self._tree.mount(frame, sensor)[:3, :3])
         except OdometryError as error:
             self._report(error)
             return None

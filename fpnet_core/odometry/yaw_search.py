@@ -28,12 +28,12 @@ Array = NDArray[np.float64]
 
 _log = logging.getLogger(__name__)
 
-_LEFT_OUT = (
+_REJECTED = (
     logging.WARNING,
-    'the walls deny how the gyroscope turns, which is left out until they agree: are its rates in '
-    'rad/s, and is its frame mounted as /tf_static says?',
+    'the turns of the gyroscope do not fit the scans and are ignored until they do: are its rates '
+    'in rad/s, and is its orientation on /tf_static right?',
 )
-_BELIEVED = logging.INFO, 'the walls agree with the gyroscope, whose turns are taken from now on'
+_ACCEPTED = logging.INFO, 'the turns of the gyroscope fit the scans and are used from now on'
 
 _CELL_M, _HALF = 0.1, 160  # numerical: of the likelihood field, 16 m to each side
 _SIGMA_M = 0.15
@@ -55,7 +55,7 @@ _PRIOR = 0.005
 _GAIN = 0.01
 """By less of the mean likelihood no guess is left. Chosen: below it a robot's are as good."""
 
-_DENIED, _NEWEST = 0.05, 0.05
+_MISFIT, _NEWEST = 0.05, 0.05
 """
 So much more likely is the best turn than that of a gyroscope that is wrong: in one sweep, and in
 the mean over sweeps, of which the newest has this weight. Chosen on simulated walks, where it is
@@ -64,7 +64,7 @@ the mean over sweeps, of which the newest has this weight. Chosen on simulated w
 
 _PROVEN, _BROKEN = 0.03, 0.1
 """
-Means below and above which a gyroscope is believed, and left out. Chosen: from ``_DENIED``, where
+Means below and above which a gyroscope is accepted, and rejected. Chosen: from ``_MISFIT``, where
 it begins, both take some ten sweeps that tell.
 """
 
@@ -111,8 +111,8 @@ class YawSearch:
 
     def __init__(self) -> None:
         self._walls: deque[Array] = deque(maxlen=_SWEEPS)
-        self._denial = _DENIED  # how much more likely others are than the gyroscope, in the mean
-        self._is_believed: bool | None = None  # nobody knows yet
+        self._misfit = _MISFIT  # likelihood that the gyroscope's turns lack, in the mean
+        self._is_accepted: bool | None = None  # nobody knows yet
 
     def note(self, walls: Array) -> None:
         """Take what a registered sweep saw of walls ``(P, 3)``, odometry frame [m]."""
@@ -129,7 +129,7 @@ class YawSearch:
         guess
             From which the search begins, and which stays where the walls tell nothing.
         by_gyro
-            Another one, which only walls that deny it leave.
+            Another one, which is used unless it does not fit the walls.
         walls : (P, 3)
             Upright returns of the sweep as they came, sensor frame [m].
         share : (P,)
@@ -140,7 +140,7 @@ class YawSearch:
         every = max(1, len(walls) // _RETURNS)
         walls, share = walls[::every], share[::every]
         if len(walls) < _FEWEST or not self._walls:
-            return guess if by_gyro is None or not self._is_believed else by_gyro, False
+            return guess if by_gyro is None or not self._is_accepted else by_gyro, False
         centre = guess.T_odom_sensor[:2, 3]
         field = _likelihood_field(np.vstack(self._walls)[:, :2] - centre)
         laid = _Laid.of(guess, walls, share, stamp_share, centre)
@@ -153,27 +153,27 @@ class YawSearch:
                 best, most = tried[int(found.argmax())], float(found.max())
         if by_gyro is not None:
             laid = _Laid.of(by_gyro, walls, share, stamp_share, centre)
-            denial = most - float(laid.likelihood(field, np.zeros((1, 2)))[0])
-            if self._believes(denial, guess.apart_rad(by_gyro)):
+            misfit = most - float(laid.likelihood(field, np.zeros((1, 2)))[0])
+            if self._accepts(misfit, guess.apart_rad(by_gyro)):
                 return by_gyro, False
         if most - begun < _GAIN:
             return guess, False
         return _turned(guess, best[0] + stamp_share * best[1], best[1]), True
 
-    def _believes(self, denial: float, apart_rad: float) -> bool:
+    def _accepts(self, misfit: float, apart_rad: float) -> bool:
         """
-        Tell whether the gyroscope's turn is taken, of which the walls deny so much.
+        Tell whether the gyroscope's turn is used, given its misfit to the walls.
 
-        Where it is that of the guess, right ones and wrong ones are alike.
+        Where it equals that of the guess, the misfit tells nothing about the gyroscope.
         """
         weight = _NEWEST * min(1.0, apart_rad / _TOLD_RAD)
-        self._denial += weight * (denial - self._denial)
-        was_believed = self._is_believed
-        if self._denial < _PROVEN or self._denial > _BROKEN:
-            self._is_believed = self._denial < _PROVEN
-        if self._is_believed is not was_believed:
-            _log.log(*(_BELIEVED if self._is_believed else _LEFT_OUT))
-        return denial < _DENIED and self._is_believed is True
+        self._misfit += weight * (misfit - self._misfit)
+        was_accepted = self._is_accepted
+        if self._misfit < _PROVEN or self._misfit > _BROKEN:
+            self._is_accepted = self._misfit < _PROVEN
+        if self._is_accepted is not was_accepted:
+            _log.log(*(_ACCEPTED if self._is_accepted else _REJECTED))
+        return misfit < _MISFIT and self._is_accepted is True
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,7 +126,7 @@ def test_the_gyroscope_of_an_imu_is_believed_once_walls_agree(bench):
         points = _sweep(rng, 0.0) @ SE2.from_xy_yaw(0.0, 0.0, yaw).as_matrix4()[:3, :3]
         publisher.publish(cloud_to_msg(points, START_NS + index * PERIOD_NS, 'lidar'))
         assert bench.wait_for(lambda n=index: len(readings) > n, 60.0), node.log_tail()
-    assert 'the walls agree with the gyroscope' in node.log.read_text(), node.log_tail()
+    assert 'the turns of the gyroscope fit the scans' in node.log.read_text(), node.log_tail()
     T = odometry_from_msg(readings[-1]).T_parent_child
     first_yaw = np.arctan2(*odometry_from_msg(readings[0]).T_parent_child[[1, 0], 0])
     turned = np.arctan2(T[1, 0], T[0, 0]) - first_yaw
