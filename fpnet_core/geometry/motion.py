@@ -48,6 +48,16 @@ def carried(
     return result
 
 
+def part_of(T_a_b: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """Return a share of a rigid motion ``(4, 4)`` at even speed, turning evenly."""
+    turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
+    velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
+    part = np.eye(4)
+    part[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix()
+    part[:3, 3] = _integral(share * turn) @ (share * velocity)
+    return part
+
+
 def twist(T_a_b: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
     """
     Return the even velocity ``(6,)`` that leads from pose ``a`` to pose ``b`` in a time.

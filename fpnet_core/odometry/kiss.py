@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
-from fpnet_core.geometry.motion import carried
+from fpnet_core.geometry.motion import carried, part_of
 from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.odometry.registration import (
@@ -87,6 +87,8 @@ class KissOdometry:
     def reset(self, T_odom_sensor: Array | None = None) -> None:
         """Forget the map and start again, in a new frame unless told where the sensor is."""
         self._kiss: KissICP | None = None
+        self._first: Scan | None = None  # until the second one tells how the sensor moved
+        self._first_motion = np.eye(4)
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._turning = TurningSweeps(is_decided=not self._config.deskew)
         self._is_planar = False
@@ -134,99 +136,77 @@ class KissOdometry:
         )
         start = T_base_sensor if self._start is None else self._start
         kiss.last_pose = np.eye(4) if start is None else start
+        kiss.last_delta = self._first_motion
         return kiss
-
-    def register(
-        self,
-        points: NDArray[np.floating],
-        time_s: Array | None,
-        stamp_ns: int | None = None,
-        viewpoints: NDArray[np.floating] | None = None,
-        T_guess_sensor: Array | None = None,
-        T_base_sensor: Array | None = None,
-        R_gyro_sensor: Array | None = None,
-    ) -> RegisteredSweep:
-        """
-        Return where a sweep was taken, and its points without the motion during the sweep.
-
-        Parameters
-        ----------
-        points : (P, 3)
-            Sensor frame [m]; points that are not finite or out of range are left out.
-        time_s : (P,)
-            Times of the points, any origin; None: the pose is that of the sweep's middle.
-        stamp_ns : int
-            Of the sweep's end; two of them tell how long a motion took that was found. None: as
-            long as the sweep.
-        viewpoints : (P, 3)
-            Where rays of planar scanners began, sensor frame [m]; None: in its origin. Of other
-            sensors they are not kept.
-        T_guess_sensor : (4, 4)
-            Pose at the sweep's end by another odometry, in any frame that stays.
-        T_base_sensor : (4, 4)
-            Place of the sensor on the robot; that of the first sweep counts.
-        R_gyro_sensor : (3, 3)
-            Orientation at the pose's instant by a gyroscope, in any frame that hardly drifts from
-            one sweep to the next.
-
-        Raises
-        ------
-        CloudFormatError
-            If shapes disagree or fewer than ``MIN_POINTS`` points are in range.
-        """
-        sweep: Array = np.asarray(points, dtype=np.float64)
-        if sweep.ndim != 2 or sweep.shape[1] != 3:
-            raise CloudFormatError(f'sweep: expected points (P, 3), got {sweep.shape}')
-        usable = self._in_range(sweep)
-        times = self._usable_times(time_s, len(sweep))
-        if self._kiss is None:
-            self._kiss = self._started(sweep[usable], T_base_sensor)
-        self._note_period(stamp_ns)
-        self._note_guess(T_guess_sensor, R_gyro_sensor)
-        share = self._share_of_period(times)
-        share = share[usable] if len(share) else share
-        if self._is_planar:
-            seen_from = None if viewpoints is None else np.asarray(viewpoints)[usable]
-            return self._register_planar(self._kiss, sweep[usable], share, seen_from)
-        if len(times):
-            points = self._register_timed(self._kiss, sweep[usable], share)
-        else:
-            points = self._register_untimed(self._kiss, sweep, usable)
-        return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
         """
-        Return where a scan was taken, and its points; see :meth:`register`.
+        Return where a scan was taken, and its points without the motion during it.
 
-        A pose that the scan brings is the guess. Where the clock went back the odometry begins
-        anew.
+        Points that are not finite or out of range are left out, and so are viewpoints of sensors
+        that are not planar. A pose that the scan brings, of another odometry in any frame that
+        stays, is the guess. Its place on the robot counts where it is the first. Where the clock
+        went back the odometry begins anew.
 
         Raises
         ------
         OdometryError
             If the scan is no newer than the last one.
         CloudFormatError
-            As :meth:`register`.
+            If shapes disagree or fewer than ``MIN_POINTS`` points are in range.
         """
         if self._last_ns is not None:
             back_s = self._clock.back_s(scan.stamp_ns, self._last_ns)
             if back_s is not None:
                 self._on_restart(back_s)
                 self.reset()
-        return self.register(
-            scan.points,
-            scan.time_s,
-            scan.stamp_ns,
-            scan.viewpoints,
-            scan.T_odom_sensor,
-            scan.T_base_sensor,
-            scan.R_gyro_sensor,
-        )
+        first = self._first
+        registered = self._registered(scan)
+        if first is None:
+            return registered
+        self._begin_again(first)
+        return self._registered(scan)
 
-    def _note_period(self, stamp_ns: int | None) -> None:
-        if stamp_ns is not None:
-            last_ns, self._last_ns = self._last_ns, stamp_ns
-            self._period_ns = 0 if last_ns is None else max(0, stamp_ns - last_ns)
+    def _begin_again(self, first: Scan) -> None:
+        """
+        Take the first sweep once more, without its motion, which the second one has told.
+
+        Nobody knew that motion, and the map was bent: in the mean over the points it was late by
+        a share of a period, and an even motion came out as longer by as much.
+        """
+        assert self._kiss is not None
+        assert first.time_s is not None
+        T_first = self._kiss.last_pose @ np.linalg.inv(self._kiss.last_delta)
+        late = -float(self._share_of_period(first.time_s).mean())
+        motion = part_of(self._kiss.last_delta, 1.0 / (1.0 + late))
+        period_ns = self._period_ns
+        self.reset(T_first @ np.linalg.inv(motion))
+        self._first_motion, self._last_ns = motion, first.stamp_ns - period_ns
+        self._registered(first)
+        self._first = None
+
+    def _registered(self, scan: Scan) -> RegisteredSweep:
+        sweep: Array = np.asarray(scan.points, dtype=np.float64)
+        if sweep.ndim != 2 or sweep.shape[1] != 3:
+            raise CloudFormatError(f'sweep: expected points (P, 3), got {sweep.shape}')
+        usable = self._in_range(sweep)
+        times = self._usable_times(scan.time_s, len(sweep))
+        if self._kiss is None:
+            self._kiss = self._started(sweep[usable], scan.T_base_sensor)
+            self._first = scan if len(times) and self._config.deskew else None
+        last_ns, self._last_ns = self._last_ns, scan.stamp_ns
+        self._period_ns = 0 if last_ns is None else scan.stamp_ns - last_ns
+        self._note_guess(scan.T_odom_sensor, scan.R_gyro_sensor)
+        share = self._share_of_period(times)
+        share = share[usable] if len(share) else share
+        if self._is_planar:
+            seen_from = None if scan.viewpoints is None else scan.viewpoints[usable]
+            return self._register_planar(self._kiss, sweep[usable], share, seen_from)
+        if len(times):
+            points = self._register_timed(self._kiss, sweep[usable], share)
+        else:
+            points = self._register_untimed(self._kiss, sweep, usable)
+        return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
 
     def _note_guess(self, T_guess_sensor: Array | None, R_gyro_sensor: Array | None) -> None:
         """Note the motion since the last sweep by another odometry, and by a gyroscope."""
@@ -291,7 +271,7 @@ class KissOdometry:
         kiss: KissICP,
         sweep: Array,
         share: Array,
-        viewpoints: Array | None,
+        viewpoints: NDArray[np.floating] | None,
     ) -> RegisteredSweep:
         best = self._best(kiss, sweep, share)
         if len(share):

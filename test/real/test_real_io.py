@@ -15,6 +15,7 @@ from fpnet_core.config import OdometryConfig, SubmapConfig
 from fpnet_core.io.clouds import read_cloud
 from fpnet_core.io.maps import read_map
 from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import SubmapBuilder
@@ -140,6 +141,6 @@ def test_kiss_icp_follows_the_hall_scans():
     odometry = KissOdometry(OdometryConfig(max_range=60.0, voxel_size=0.5))
     scans = list(islice(open_scans(DATA / 'real_hilti_hall_balm'), 30))
     for scan in scans:
-        sweep = odometry.register(scan.points, None)
+        sweep = odometry.register_scan(Scan(scan.stamp_ns, scan.points))
     T_first_last = np.linalg.inv(scans[0].T_odom_sensor) @ scans[-1].T_odom_sensor
     np.testing.assert_allclose(sweep.T_odom_sensor[:3, 3], T_first_last[:3, 3], atol=0.1)

@@ -42,7 +42,7 @@ def test_planted_motion_is_recovered():
     rng = np.random.default_rng(7)
     odometry = KissOdometry(CONFIG)
     for k in range(12):
-        sweep = odometry.register(seen_from(motion(k), room(rng)), None)
+        sweep = odometry.register_scan(Scan(k, seen_from(motion(k), room(rng))))
     np.testing.assert_allclose(sweep.T_odom_sensor, motion(11), atol=0.03)
 
 
@@ -79,7 +79,8 @@ def test_bare_walls_and_rings_do_not_hold_the_robot_in_its_place(
     for x in path:
         sweep = seen(x, rng, deviation_m)
         times = np.linspace(0.0, 1e-6, len(sweep)) if has_times else None  # all seen at once
-        T = odometry.register(sweep, times, round(x / 0.07) * 100_000_000).T_odom_sensor
+        scan = Scan(round(x / 0.07) * 100_000_000, sweep, times)
+        T = odometry.register_scan(scan).T_odom_sensor
     np.testing.assert_allclose(T[:3, 3], [path[-1] - path[0], 0.0, 0.0], atol=tolerance_m)
     assert Rotation.from_matrix(T[:3, :3]).magnitude() < np.deg2rad(2.0)
 
@@ -109,7 +110,8 @@ def turn_error_deg(config, turn_rad):
         T = np.eye(4)
         T[:2, :2] = [[c, -s], [s, c]]
         seen = seen_from(T, world[rng.random(len(world)) < 0.5])
-        found = odometry.register(seen + rng.normal(0.0, [0.01, 0.01, 0.0], seen.shape), None)
+        seen += rng.normal(0.0, [0.01, 0.01, 0.0], seen.shape)
+        found = odometry.register_scan(Scan(k, seen))
         apart = T[:2, :2].T @ found.T_odom_sensor[:2, :2]
         errors.append(abs(np.degrees(np.arctan2(apart[1, 0], apart[0, 0]))))
     return max(errors)
@@ -136,12 +138,26 @@ def test_points_come_back_as_seen_from_where_the_sweep_ends():
         time = rng.uniform(0.0, 0.1, len(world))
         at = [motion(3 * (k + t / 0.1)) for t in time]
         skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
-        sweep = odometry.register(skewed, time)
+        sweep = odometry.register_scan(Scan((k + 1) * 100_000_000, skewed, time))
     end = motion(18)
     smeared = distance_to_room(skewed @ end[:3, :3].T + end[:3, 3]).mean()
     sharp = distance_to_room(sweep.points @ end[:3, :3].T + end[:3, 3]).mean()
     assert smeared > 0.04
     assert sharp < 0.4 * smeared
+
+
+def test_a_robot_that_turns_from_the_beginning_does_not_keep_the_turn_of_its_first_sweep():
+    """Its walls are bent by 3.4 degrees, and the map is not."""
+    rng, odometry = np.random.default_rng(16), KissOdometry(CONFIG)
+    for k in range(8):
+        world = room(rng, 3000)
+        time = np.sort(rng.uniform(0.0, 0.1, len(world)))
+        at = [motion(3 * (k + t / 0.1)) for t in time]
+        skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
+        sweep = odometry.register_scan(Scan((k + 1) * 100_000_000, skewed, time))
+    off = np.linalg.inv(sweep.T_odom_sensor) @ np.linalg.inv(motion(3)) @ motion(24)
+    assert np.hypot(*off[:2, 3]) < 0.06
+    assert abs(np.degrees(np.arctan2(off[1, 0], off[0, 0]))) < 0.5
 
 
 def test_a_sweep_that_sees_nothing_in_range_at_its_end_is_of_its_end_all_the_same():
@@ -156,7 +172,7 @@ def test_a_sweep_that_sees_nothing_in_range_at_its_end_is_of_its_end_all_the_sam
         skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
         is_seen = time < 0.066
         skewed[~is_seen] *= 1e3
-        sweep = odometry.register(skewed, time, (k + 1) * 100_000_000)
+        sweep = odometry.register_scan(Scan((k + 1) * 100_000_000, skewed, time))
     expected = seen_from(motion(18), world[is_seen])
     expected = expected[np.linalg.norm(skewed[is_seen], axis=1) > CONFIG.min_range]
     assert len(sweep.points) == len(expected)
@@ -167,9 +183,9 @@ def test_times_without_spread_register_without_deskewing():
     """KISS-ICP aborts the whole process on such times; the second sweep is what does it."""
     rng = np.random.default_rng(9)
     odometry = KissOdometry(CONFIG)
-    for _ in range(3):
+    for k in range(3):
         points = room(rng)
-        sweep = odometry.register(points, np.full(len(points), 3.5))
+        sweep = odometry.register_scan(Scan(k, points, np.full(len(points), 3.5)))
     assert np.isfinite(sweep.T_odom_sensor).all()
 
 
@@ -188,15 +204,15 @@ def test_times_without_spread_register_without_deskewing():
 def test_bad_sweeps_are_refused_and_change_nothing(points, time_s, message):
     rng = np.random.default_rng(10)
     guarded, plain = KissOdometry(CONFIG), KissOdometry(CONFIG)
-    sweeps = [seen_from(motion(k), room(rng)) for k in range(3)]
-    for sweep in sweeps[:2]:
-        guarded.register(sweep, None)
-        plain.register(sweep, None)
+    scans = [Scan(k, seen_from(motion(k), room(rng))) for k in range(3)]
+    for scan in scans[:2]:
+        guarded.register_scan(scan)
+        plain.register_scan(scan)
     with pytest.raises(CloudFormatError, match=message):
-        guarded.register(points, time_s)
+        guarded.register_scan(Scan(2, points, time_s))
     np.testing.assert_allclose(
-        guarded.register(sweeps[2], None).T_odom_sensor,
-        plain.register(sweeps[2], None).T_odom_sensor,
+        guarded.register_scan(scans[2]).T_odom_sensor,
+        plain.register_scan(scans[2]).T_odom_sensor,
         atol=1e-6,
     )
 
@@ -205,9 +221,10 @@ def test_reset_starts_at_identity():
     rng = np.random.default_rng(11)
     odometry = KissOdometry(CONFIG)
     for k in range(4):
-        odometry.register(seen_from(motion(k), room(rng)), None)
+        odometry.register_scan(Scan(k, seen_from(motion(k), room(rng))))
     odometry.reset()
-    np.testing.assert_array_equal(odometry.register(room(rng), None).T_odom_sensor, np.eye(4))
+    first = odometry.register_scan(Scan(0, room(rng)))
+    np.testing.assert_array_equal(first.T_odom_sensor, np.eye(4))
 
 
 def test_poses_are_level_where_a_sensor_hangs_upside_down_and_askew():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import OdometryConfig
+from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.odometry.turning_sweeps import turn_shares
 
@@ -54,7 +55,7 @@ def driven(spin, by_rows, shown=lambda points: points):
     rng, odometry = np.random.default_rng(4), KissOdometry(OdometryConfig())
     for k in range(SWEEPS):
         points = shown(cloud(0.1 * k, rng, spin, by_rows))
-        found = odometry.register(points, None, k * 100_000_000).T_odom_sensor
+        found = odometry.register_scan(Scan(k * 100_000_000, points)).T_odom_sensor
     off = np.linalg.inv(np.linalg.inv(pose(0.0)) @ pose(0.1 * (SWEEPS - 1))) @ found
     return np.hypot(*off[:2, 3]), abs(np.degrees(np.arctan2(off[1, 0], off[0, 0])))
 
