@@ -17,7 +17,7 @@ import json
 from generated_drives import drives_parser, each
 import numpy as np
 
-from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
+from fpnet.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
 from fpnet_core.io.scans import Scan
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory, lengths_along

@@ -26,7 +26,7 @@ def main() -> None:
     seeds = {}
     for seed in range(arguments.seeds):
         out = arguments.out / str(seed)
-        command = [sys.executable, '-m', 'fpnet_core.cli', 'demo']
+        command = [sys.executable, '-m', 'fpnet', 'demo']
         subprocess.run([*command, '--seed', str(seed), '--out', str(out)], check=False)  # noqa: S603
         seeds[str(seed)] = json.loads((out / 'result.json').read_text(encoding='utf-8'))
     finish('demo', arguments.json, {'seeds': seeds})

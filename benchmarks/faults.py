@@ -43,8 +43,8 @@ from carried_off import carried
 from generated_drives import FAMILIES, drives_parser
 import numpy as np
 
-from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
-from fpnet_core.cli.common import load
+from fpnet.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
+from fpnet.cli.common import load
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan

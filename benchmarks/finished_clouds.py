@@ -21,15 +21,15 @@ import time
 import cv2
 import numpy as np
 
-from fpnet_core.cli.progress import progress
+from fpnet.cli.progress import progress
+from fpnet.viz.pictures import DPI, saved_figure
+from fpnet.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
-from fpnet_core.viz.pictures import DPI, saved_figure
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.kept import digest, make_once
 from fpnet_lab.sim.buildings.building import extrude

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 from fuzzing.harness import GOOD, Case, Outcome, Result, fuzz, make_input, plan
 from fuzzing.readers import READERS, readers_of
 
-from fpnet_core.cli.progress import progress
+from fpnet.cli.progress import progress
 from fpnet_lab.cli.reports import finish, script_parser
 
 _BAD = tuple(outcome for outcome in Outcome if outcome not in GOOD)

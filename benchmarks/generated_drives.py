@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What benchmarks that drive through generated buildings share: families, options, loop."""
 
-from fpnet_core.cli.common import load
+from fpnet.cli.common import load
 from fpnet_lab.cli.reports import script_parser
 
 FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')

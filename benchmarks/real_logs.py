@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fpnet_core.accuracy import summarize_run
-from fpnet_core.cli.common import parse_settings
+from fpnet.accuracy import summarize_run
+from fpnet.cli.common import parse_settings
 from fpnet_core.config import load_config
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.localizer import create_localizer, replay

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fpnet.viz.pictures import saved_figure
+from fpnet.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.viz.pictures import saved_figure
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import STYLES
 from fpnet_lab.sim.plans import generate_plan

@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 import tempfile
 
-from fpnet_core.cli.common import parse_settings
+from fpnet.cli.common import parse_settings
 from fpnet_core.config import load_config
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.sheet_drives import drives_on_sheets

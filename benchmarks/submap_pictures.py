@@ -16,9 +16,9 @@ from matplotlib.patches import Polygon
 import numpy as np
 import shapely
 
+from fpnet.viz.pictures import saved_figure
+from fpnet.viz.segmentation import draw_grid, draw_segmentation, region_colour
 from fpnet_core.config import FpnetConfig
-from fpnet_core.viz.pictures import saved_figure
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
 from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import (
     paired_rooms,

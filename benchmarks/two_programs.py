@@ -32,7 +32,7 @@ def run(program, kernels, *words):
     """Run a command of the program in a folder; return its processor time [s]."""
     environment = os.environ | {'PYTHONPATH': str(program), 'NUMBA_CACHE_DIR': str(kernels)}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, '-m', 'fpnet_core.cli', *map(str, words)]
+    command = [sys.executable, '-m', 'fpnet', *map(str, words)]
     done = subprocess.run(  # noqa: S603
         command, check=False, env=environment, cwd=program, capture_output=True
     )

@@ -21,18 +21,18 @@ from typing import NoReturn
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fpnet.doctor.bag import observe_bag
+from fpnet.doctor.examine import examine
+from fpnet.library import PlanLibrary, plan_of
+from fpnet.plan_check.check import check_plan
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import find_differences
-from fpnet_core.doctor.bag import observe_bag
-from fpnet_core.doctor.examine import examine
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.library import PlanLibrary, plan_of
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
-from fpnet_core.plan_check.check import check_plan
 from fpnet_core.segmentation import STATED_SCALE, SubmapSegmenter, segment_floorplan
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import submap_from_grid

@@ -41,8 +41,8 @@ from kiss_icp.config import KISSConfig
 from kiss_icp.kiss_icp import KissICP
 import numpy as np
 
-from fpnet_core.accuracy import pose_errors
-from fpnet_core.cli.common import load
+from fpnet.accuracy import pose_errors
+from fpnet.cli.common import load
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry.gyro_track import GyroTrack
 from fpnet_core.io.recordings import open_scans

@@ -33,7 +33,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from tf2_msgs.msg import TFMessage
 
-from fpnet_core.api.run import Run, scans_of
+from fpnet.api.run import Run, scans_of
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+import fpnet
 import fpnet_core
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.arrays import read_arrays, write_arrays
@@ -115,7 +116,7 @@ def digest(content: Any, files: Iterable[Path] = ()) -> str:
 @cache
 def _program() -> str:
     found = hashlib.sha256()
-    for package in (fpnet_core, fpnet_lab):
+    for package in (fpnet, fpnet_core, fpnet_lab):
         root = Path(package.__path__[0])
         for path in sorted((*root.rglob('*.py'), *root.glob('weights/*.json'))):
             if path.relative_to(root).parts[0] not in _IRRELEVANT:

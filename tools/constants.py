@@ -31,7 +31,7 @@ from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Table
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ('fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet_lab')
+PACKAGES = ('fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet', 'fpnet_lab')
 
 KINDS = {
     'physical': 'of buildings, robots, sensors, paper; says which',

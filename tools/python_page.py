@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Make the reference of docs/python.md of the docstrings of what ``fpnet_core`` offers.
+Make the reference of docs/python.md of the docstrings of what ``fpnet`` offers.
 
 Run: python tools/python_page.py [--write]
 """
@@ -11,11 +11,11 @@ import inspect
 from pathlib import Path
 import re
 
-import fpnet_core
+import fpnet
 
 PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'python.md'
 SECTION = re.compile(r'(<!-- interface -->\n).*?(<!-- end -->)', re.DOTALL)
-OWN = 'fpnet_core.api'
+OWN = 'fpnet.api'
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def with_reference(page: str) -> str:
 
 def reference() -> str:
     """Return a section for each name, functions first."""
-    offered = [getattr(fpnet_core, name) for name in fpnet_core.__all__]
+    offered = [getattr(fpnet, name) for name in fpnet.__all__]
     functions = [each for each in offered if inspect.isfunction(each)]
     classes = [each for each in offered if inspect.isclass(each)]
     return '\n'.join([*map(of_function, functions), *map(of_class, classes)])

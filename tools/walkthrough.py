@@ -24,7 +24,7 @@ import sys
 import tempfile
 import time
 
-from fpnet_core.cli.outputs import WRITTEN
+from fpnet.cli.outputs import WRITTEN
 
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)

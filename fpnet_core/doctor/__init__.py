@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What keeps a robot from being found before any floorplan is looked at, and what to do.
 
-:func:`fpnet_core.doctor.examine.examine` makes every check.
+:func:`fpnet.doctor.examine.examine` makes every check.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The lab's subcommands of ``fpnet``; :mod:`fpnet_core.cli` finds them by entry point."""
+"""The lab's subcommands of ``fpnet``; :mod:`fpnet.cli` finds them by entry point."""
 
-from fpnet_core.cli import Subcommand
+from fpnet.cli import Subcommand
 
 
 def _lab(module: str, summary: str) -> Subcommand:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import common
+from fpnet.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import show, write_report
 from fpnet_lab.scores import Column, Table, Unit, Units, columns, named

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fpnet_core.cli.progress import progress
+from fpnet.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import show
 from fpnet_lab.scores import Column, Table, Units, columns, named

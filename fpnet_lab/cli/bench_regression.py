@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import common
+from fpnet.cli.progress import progress
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:

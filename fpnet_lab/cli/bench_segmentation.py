@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import common
+from fpnet.cli.progress import progress
 from fpnet_lab.cli.options import Half
 from fpnet_lab.cli.reports import finish, say_tables
 

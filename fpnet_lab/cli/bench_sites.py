@@ -12,8 +12,8 @@ from typing import Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress, track
+from fpnet.cli import common
+from fpnet.cli.progress import progress, track
 from fpnet_lab.cli import options
 from fpnet_lab.cli.options import Half
 from fpnet_lab.cli.reports import finish
@@ -111,8 +111,8 @@ def _differences(count: int, tree: Any) -> dict[str, Any]:
 def _library(
     plans: int, drives: int, most: int, data: Path | None, split: str, workers: int, tree: Any
 ) -> dict[str, Any]:
-    from fpnet_core.library import PlanLibrary
-    from fpnet_core.library.files import read_library_plan
+    from fpnet.library import PlanLibrary
+    from fpnet.library.files import read_library_plan
     from fpnet_lab.evaluation.sites import plan_library as bench
 
     seed = tree.seed + 20_000

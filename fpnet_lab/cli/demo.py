@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import INTERRUPTED, common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import INTERRUPTED, common
+from fpnet.cli.progress import progress
 from fpnet_core.errors import FpnetError
 from fpnet_lab.cli.options import complete_sensor, named
 
@@ -140,9 +140,9 @@ def _raise_interrupt(_signal: int, _frame: FrameType | None) -> None:
 
 
 def _draw(path: Path, session: Path, run: DemoRun, plan: Segmentation) -> None:
+    from fpnet.viz.run import plot_run
     from fpnet_core.io.runs import read_output
     from fpnet_core.io.sessions import TICK_NAME
-    from fpnet_core.viz.run import plot_run
 
     truth = run.truth.mapped(run.A_plan_building)
     last = read_output(session / TICK_NAME)
@@ -150,7 +150,7 @@ def _draw(path: Path, session: Path, run: DemoRun, plan: Segmentation) -> None:
 
 
 def _report(path: Path, session: Path, run: DemoRun, plan: Segmentation, seed: int) -> None:
-    from fpnet_core.report import RunRecord, write_run_report
+    from fpnet.report import RunRecord, write_run_report
     from fpnet_lab.evaluation.demo import read_ticks
 
     record = RunRecord(

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet.cli import common
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Score, Table
 

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet.cli import common
 from fpnet_lab.cli import (
     simulate_gallery,
     simulate_pairs,

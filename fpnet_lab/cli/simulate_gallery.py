@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import track
+from fpnet.cli import common
+from fpnet.cli.progress import track
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap

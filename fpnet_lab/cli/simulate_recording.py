@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import common
+from fpnet.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.options import complete_building, complete_family, complete_sensor, named
 

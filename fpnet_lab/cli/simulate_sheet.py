@@ -7,7 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fpnet_core.cli import common
+from fpnet.cli import common
 
 _Kind = Literal['clean', 'office', 'brochure', 'scan', 'phone', 'varied']
 

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from fpnet_core.cli import common
-from fpnet_core.cli.progress import progress
+from fpnet.cli import common
+from fpnet.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import say_figures
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet.cli import common
 from fpnet_lab.cli import options
 from fpnet_lab.provenance import Provenance
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fpnet_core.accuracy import RunSummary, summarize_run
+from fpnet.accuracy import RunSummary, summarize_run
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.runs import read_output

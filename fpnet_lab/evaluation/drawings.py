@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.accuracy import quantile
+from fpnet.accuracy import quantile
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import FpnetError

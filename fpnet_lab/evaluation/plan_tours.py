@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from fpnet.plan_check import TourResult
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.localizer import StoreyPlan, create_localizer
-from fpnet_core.plan_check import TourResult
 from fpnet_lab.evaluation.first_claims import first_claim
 from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.lidars.sensors import SENSORS

@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
+from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
-from fpnet_core.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_core.segmentation import told_scale
 from fpnet_core.segmentation.agreement import Agreement, place_agreement, room_agreement

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Averages of what there may be nothing of; ``fpnet_core.accuracy`` has the quantile."""
+"""Averages of what there may be nothing of; ``fpnet.accuracy`` has the quantile."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from fpnet_core.accuracy import GATE_95
+from fpnet.accuracy import GATE_95
 from fpnet_core.pose.uncertainty import FIGURES, UncertaintyModel
 from fpnet_core.spread import Growth, carried
 from fpnet_lab.training.covariance_drives import Samples

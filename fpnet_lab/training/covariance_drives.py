@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD
+from fpnet.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import wrap_to_pi
 from fpnet_core.pose.uncertainty import FIGURES

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from fpnet_core.viz.pictures import DPI, saved_figure
+from fpnet.viz.pictures import DPI, saved_figure
 from fpnet_lab.metrics import Reliability
 
 _SIZE_INCHES = (6.5, 6.0)  # chosen

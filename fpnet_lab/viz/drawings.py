@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from fpnet_core.viz.segmentation import region_colour
+from fpnet.viz.segmentation import region_colour
 
 # Chosen, not measured:
 _SIDE_PX = 1100  # of either half of the picture

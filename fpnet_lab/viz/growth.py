@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpnet_core.viz.pictures import saved_figure
+from fpnet.viz.pictures import saved_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.viz.pictures import saved_figure
+from fpnet.viz.pictures import saved_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpnet.viz.pictures import saved_figure
+from fpnet.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 from fpnet_core.matches import IGNORE
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
-from fpnet_core.viz.pictures import saved_figure
-from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

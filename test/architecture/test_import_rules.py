@@ -18,10 +18,13 @@ LAYERS = {
         | {'trajectory', 'kernel_cache'}
         | {'freed_memory'},
         {'raster'},
-        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
-        {'plan_check', 'sites', 'differences', 'library'},
+        {'sites', 'differences'},
+    ],
+    'fpnet': [
+        {'accuracy', 'doctor', 'geojson', 'library', 'plan_check', 'site_check'},
         {'viz', 'report'},
         {'api'},
         {'cli'},
@@ -48,6 +51,7 @@ ROS_PACKAGES = (
 TORCH = ('torch', 'lightning_fabric')
 TORCH_HOMES = ('fpnet_core.models', 'fpnet_lab.training')
 ROBOT = ('fpnet_core', 'msg_adapters', 'fpnet_ros')
+PACKAGES = (*ROBOT, 'fpnet', 'fpnet_lab')
 HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')
 STAGES = tuple(f'fpnet_core.{stage}' for stage in ('submaps', 'segmentation', 'graphs', 'pose'))
 ADAPTERS_MAY = (
@@ -96,7 +100,7 @@ def imported(path, with_annotations=True):
     return names
 
 
-FILES = {module_name(path): path for package in (*ROBOT, 'fpnet_lab') for path in sources(package)}
+FILES = {module_name(path): path for package in PACKAGES for path in sources(package)}
 
 
 def imports(with_annotations=True):
@@ -155,12 +159,8 @@ def test_the_scan_sees_imports():
 
 
 def test_every_module_has_a_layer():
-    parts = {
-        '.'.join(name.split('.')[:2])
-        for name in imports()
-        if name.startswith(('fpnet_core.', 'fpnet_lab.'))
-    }
-    assert parts - set(LEVEL) <= {'fpnet_core.weights'}
+    parts = {'.'.join(name.split('.')[:2]) for name in imports() if within(name, LAYERS)}
+    assert parts - set(LEVEL) - set(LAYERS) <= {'fpnet_core.weights'}
 
 
 def test_the_page_says_where_every_module_has_its_home():
@@ -178,7 +178,7 @@ def test_names_that_scripts_import_are_there():
         f'{script.name} imports {name}'
         for script in scripts
         for name in imported(script)
-        if within(name, (*ROBOT, 'fpnet_lab')) and not is_there(name)
+        if within(name, PACKAGES) and not is_there(name)
     }
     assert sorted(missing) == []
 
@@ -230,20 +230,24 @@ def test_no_circles_between_files():
     assert circles(graph) == []
 
 
-def test_what_a_robot_runs_knows_no_lab():
-    found = offences(lambda m: within(m, ROBOT), lambda n: within(n, ['fpnet_lab']))
+def test_what_a_robot_runs_knows_neither_desk_nor_lab():
+    found = offences(lambda m: within(m, ROBOT), lambda n: within(n, ['fpnet', 'fpnet_lab']))
     assert found == []
 
 
-def test_core_and_lab_know_no_ros_and_nothing_that_does():
+def test_the_desk_knows_no_lab():
+    assert offences(lambda m: within(m, ['fpnet']), lambda n: within(n, ['fpnet_lab'])) == []
+
+
+def test_core_desk_and_lab_know_no_ros_and_nothing_that_does():
     forbidden = (*ROS_PACKAGES, 'msg_adapters', 'fpnet_ros')
-    plain = ('fpnet_core', 'fpnet_lab')
+    plain = ('fpnet_core', 'fpnet', 'fpnet_lab')
     assert offences(lambda m: within(m, plain), lambda n: within(n, forbidden)) == []
 
 
 def test_torch_stays_where_networks_are():
     found = offences(
-        lambda m: within(m, [*ROBOT, 'fpnet_lab']) and not within(m, TORCH_HOMES),
+        lambda m: within(m, PACKAGES) and not within(m, TORCH_HOMES),
         lambda n: within(n, TORCH),
     )
     assert found == []
@@ -259,7 +263,7 @@ def test_adapters_need_no_rclpy_and_little_of_the_core():
 
 
 LIGHT = (
-    'fpnet_core', 'fpnet_core.types', 'fpnet_core.config', 'fpnet_core.io', 'fpnet_core.cli',
+    'fpnet', 'fpnet.cli', 'fpnet_core', 'fpnet_core.types', 'fpnet_core.config', 'fpnet_core.io',
     'fpnet_core.io.pointcloud2',
     'fpnet_core.io.laserscan', 'fpnet_core.io.maps', 'fpnet_core.io.scans',
     'fpnet_core.drawings.types', 'fpnet_core.drawings.opening', 'fpnet_core.drawings.annotations',
@@ -282,7 +286,7 @@ def test_importing_leaves_heavy_libraries_unloaded():
 def test_a_localizer_on_the_packaged_weights_needs_no_torch():
     """Its import takes longer than matching two maps."""
     code = (
-        'import sys, fpnet_core.api, fpnet_core.api.run;'
+        'import sys, fpnet.api, fpnet.api.run;'
         'from fpnet_core.config import FpnetConfig;'
         'from fpnet_core.localizer import create_localizer; create_localizer(FpnetConfig());'
         'print("torch" in sys.modules)'

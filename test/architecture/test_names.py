@@ -7,7 +7,10 @@ from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = ('fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet_lab', 'benchmarks', 'tools')
+FOLDERS = (
+    *('fpnet', 'fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet_lab'),
+    *('benchmarks', 'tools'),
+)
 
 
 def classes(source):

@@ -263,9 +263,9 @@ def _read_scans(path: Path) -> object:
 
 
 def _examine(path: Path) -> object:
+    from fpnet.doctor.bag import observe_bag
+    from fpnet.doctor.examine import examine
     from fpnet_core.config import OdometryConfig
-    from fpnet_core.doctor.bag import observe_bag
-    from fpnet_core.doctor.examine import examine
     from fpnet_core.odometry import KissOdometry
 
     # The valid bag is too short to be registered: the kernel, which Numba unpickles itself,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_lab.baselines import correlative
 from fpnet_lab.evaluation.localization import inputs

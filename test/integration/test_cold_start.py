@@ -19,7 +19,7 @@ import sys
 
 from numba.core.dispatcher import Dispatcher
 
-import fpnet_core as fpnet
+import fpnet
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.warm_up import warm_up

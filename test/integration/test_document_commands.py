@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 
 DOCUMENTS = ('README.md', 'docs/cli.md')
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from real_data import DATA, needs
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_lab.training import judge_drives

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fpnet_core.cli import build_app
+from fpnet.cli import build_app
 from fpnet_core.errors import LibraryError
 from fpnet_core.io.maps import write_map
 from fpnet_lab.evaluation.localization.cases import Distortion

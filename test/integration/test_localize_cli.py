@@ -12,8 +12,8 @@ from PIL import Image, ImageOps
 import pytest
 from short_recording import start_of_recording
 
-from fpnet_core.accuracy import pose_errors
-from fpnet_core.cli import main
+from fpnet.accuracy import pose_errors
+from fpnet.cli import main
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
@@ -62,7 +62,7 @@ LAB = (
 WITHOUT_LAB = f"""
 import sys
 sys.modules.update(dict.fromkeys({LAB!r}))  # None: cannot be imported
-from fpnet_core.cli import main
+from fpnet.cli import main
 main(sys.argv[1:])
 """
 

@@ -9,7 +9,7 @@ from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import drive, recorded, standing
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.io.trajectories import write_tum
 

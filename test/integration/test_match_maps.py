@@ -11,7 +11,7 @@ import numpy as np
 from planted import A_BUILDING_PLAN, building_cells, draw_building
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.types import FREE, OCCUPIED

@@ -11,7 +11,7 @@ import matplotlib
 import pytest
 from short_recording import start_of_recording
 
-import fpnet_core as fpnet
+import fpnet
 from fpnet_core.localizer import MapMatch
 from fpnet_core.types import Segmentation
 from fpnet_lab.sim.drives.recording import write_recording
@@ -37,7 +37,7 @@ def folder(tmp_path_factory):
 
 def test_the_pages_lines_run(folder, monkeypatch, capsys):
     matplotlib.use('Agg')
-    [lines] = re.findall(r'```python\n(import fpnet_core.*?)```', PAGE.read_text(), re.DOTALL)
+    [lines] = re.findall(r'```python\n(import fpnet\n.*?)```', PAGE.read_text(), re.DOTALL)
     monkeypatch.chdir(folder)
     # The page reads a drawing of the reader's own; here it is the drive's.
     names = {}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from short_recording import start_of_recording
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError
 from fpnet_core.io.bags import BagReader

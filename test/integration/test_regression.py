@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_lab.evaluation import regression
 
 GOLDEN = Path(__file__).resolve().parents[2] / 'benchmarks' / 'regression.json'

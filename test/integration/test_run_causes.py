@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fpnet_core.api.run import Run
+from fpnet.api.run import Run
 from fpnet_core.config import load_config
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions

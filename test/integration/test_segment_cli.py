@@ -11,7 +11,7 @@ from planted import CORRIDOR, DOORS, ROOMS, building_cells
 from planted_drive import SCAN_NS, recorded
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.geometry import SE2
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map

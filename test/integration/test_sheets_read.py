@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 import pytest
 
-import fpnet_core as fpnet
+import fpnet
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.raster.windows import border_of

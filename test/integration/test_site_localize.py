@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 import yaml
 
-from fpnet_core.cli import build_app
+from fpnet.cli import build_app
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.evaluation.localization.inputs import LIMITS

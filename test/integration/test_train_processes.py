@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.io.weights import read_weights
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.evaluation.pair_sets import SEED

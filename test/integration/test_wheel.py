@@ -15,7 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = (
-    *('fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters'),
+    *('fpnet', 'fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters'),
     *('config', 'launch', 'resource'),
     *('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'LICENSE', 'README.md'),
 )
@@ -28,10 +28,10 @@ from fpnet_core.io.weights import read_weights
 from fpnet_core.types import FEATURE_SCHEMA
 print(fpnet_core.__file__)
 print(len(read_weights(None, FEATURE_SCHEMA).tensors))
-print(*(p.name for p in (files('fpnet_core.report') / 'templates').iterdir()))
+print(*(p.name for p in (files('fpnet.report') / 'templates').iterdir()))
 """
 
-PACKAGES = ('fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters')
+PACKAGES = ('fpnet', 'fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters')
 MAX_BYTES = 10_000_000
 
 pytestmark = [pytest.mark.slow, pytest.mark.apart]
@@ -88,7 +88,7 @@ def test_the_command_and_its_data_are_in_the_wheel(installed):
     ).splitlines()
     assert Path(where).is_relative_to(installed)
     assert int(tensors) > 10
-    shipped = {path.name for path in (ROOT / 'fpnet_core/report/templates').iterdir()}
+    shipped = {path.name for path in (ROOT / 'fpnet/report/templates').iterdir()}
     assert set(templates.split()) == shipped
 
 
@@ -120,7 +120,7 @@ def test_the_wheel_states_its_commands_extras_and_licence(wheel):
     assert {'plans', 'report', 'ros', 'lab'} <= set(stated.get_all('Provides-Extra'))
     assert stated['Requires-Python'] == '>=3.11'
     assert any(each.startswith('kiss-icp') for each in stated.get_all('Requires-Dist'))
-    assert 'fpnet = fpnet_core.cli:main' in commands
+    assert 'fpnet = fpnet.cli:main' in commands
     assert stated.get_all('License-File') == ['LICENSE']
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from real_data import DATA, needs
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import MarkerArray
 
-from fpnet_core.accuracy import pose_errors
+from fpnet.accuracy import pose_errors
 from fpnet_core.geometry import SE2
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
@@ -57,7 +57,7 @@ def test_the_install_space_holds_what_ros2_run_needs(install_space):
 
 def test_the_packages_come_from_the_install_space(install_space, tmp_path):
     script = (
-        'import fpnet_core, fpnet_lab.sim.plans, fpnet_ros, msg_adapters;'
+        'import fpnet, fpnet_core, fpnet_lab.sim.plans, fpnet_ros, msg_adapters;'
         'from importlib import resources;'
         'print(fpnet_core.__file__, fpnet_ros.__file__, msg_adapters.__file__);'
         'print(sorted(p.name for p in resources.files("fpnet_core.weights").iterdir()))'

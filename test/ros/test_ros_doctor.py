@@ -22,7 +22,7 @@ tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at s
 
 pytestmark = pytest.mark.ros
 
-COMMAND = [sys.executable, '-c', 'from fpnet_core.cli import main; main()', 'doctor']
+COMMAND = [sys.executable, '-c', 'from fpnet.cli import main; main()', 'doctor']
 SECONDS = 2.0
 
 

@@ -23,7 +23,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 import yaml
 
-from fpnet_core.accuracy import pose_errors
+from fpnet.accuracy import pose_errors
 from fpnet_core.io.bags import BagReader
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status

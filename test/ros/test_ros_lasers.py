@@ -20,7 +20,7 @@ import pytest
 from sensor_msgs.msg import LaserEcho, LaserScan, MultiEchoLaserScan, PointCloud2
 from short_recording import start_of_recording
 
-from fpnet_core.accuracy import pose_errors
+from fpnet.accuracy import pose_errors
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.drives.recording import (
     LASER_TOPIC,

@@ -310,7 +310,7 @@ def test_every_message_package_is_a_dependency():
 def test_what_only_the_lab_imports_is_no_dependency_of_a_robot():
     known = {element.text for element in ET.parse(ROOT / 'package.xml').findall('exec_depend')}
     imported = set()
-    for folder in ('fpnet_core', 'fpnet_ros', 'msg_adapters'):
+    for folder in ('fpnet', 'fpnet_core', 'fpnet_ros', 'msg_adapters'):
         for path in (ROOT / folder).rglob('*.py'):
             for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
                 if isinstance(node, ast.Import):

@@ -24,7 +24,7 @@ from msg_adapters.odometry import odometry_to_msg
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
-COMMAND = [sys.executable, '-c', 'from fpnet_core.cli import main; main()', 'view', '--nodes']
+COMMAND = [sys.executable, '-c', 'from fpnet.cli import main; main()', 'view', '--nodes']
 START_NS = 1_700_000_000_000_000_000
 PATIENCE_S = 240.0  # for busy machines; a quiet one needs seconds
 

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from fpnet_core.accuracy import GATE_95, normalised_errors, summarize_run
+from fpnet.accuracy import GATE_95, normalised_errors, summarize_run
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.trajectory import PlanarTrajectory
 

@@ -8,7 +8,7 @@ import numpy as np
 from planted import plan_grid
 import pytest
 
-import fpnet_core as fpnet
+import fpnet
 from fpnet_core.io.maps import write_map
 
 NO_FILE = r'^no\.png does not exist'

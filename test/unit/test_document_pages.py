@@ -82,7 +82,8 @@ def _word_pairs(text):
 def test_what_pages_of_symptoms_quote_is_what_is_said(name, least):
     """Most pairs of words are: between the others a message is filled in."""
     page = (ROOT / 'docs' / name).read_text(encoding='utf-8')
-    files = [*(ROOT / 'fpnet_core').rglob('*.py'), *(ROOT / 'fpnet_ros').rglob('*.py')]
+    folders = (ROOT / name for name in ('fpnet', 'fpnet_core', 'fpnet_ros'))
+    files = [path for folder in folders for path in folder.rglob('*.py')]
     literals = '\n'.join(path.read_text(encoding='utf-8') for path in files)
     said = set(_word_pairs(re.sub(r"""['"]\s*\n\s*f?['"]|\{[^{}\n]*\}""", '', literals)))
     quotes = {

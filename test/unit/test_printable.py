@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from fpnet_core.cli import common, main
+from fpnet.cli import common, main
 from fpnet_core.printable import printable
 
 EVIL = '/scan\x1b]0;owned\x07\x1b[2K\b\u202e'

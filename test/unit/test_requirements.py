@@ -49,9 +49,9 @@ def test_every_pin_is_of_something_asked_for():
     assert {name for name in pinned() if not name.startswith(TOOLS_OF)} <= names
 
 
-def test_what_a_robot_runs_imports_all_that_it_asks_for():
-    robot = ('fpnet_core', 'fpnet_ros', 'msg_adapters')
-    sources = [path.read_text() for name in robot for path in (ROOT / name).rglob('*.py')]
+def test_what_is_installed_imports_all_that_it_asks_for():
+    packages = ('fpnet', 'fpnet_core', 'fpnet_ros', 'msg_adapters')
+    sources = [path.read_text() for name in packages for path in (ROOT / name).rglob('*.py')]
     called = {'opencv-python-headless': 'cv2', 'pillow': 'PIL', 'PyYAML': 'yaml'}
     called |= {'scikit-image': 'skimage', 'kiss-icp': 'kiss_icp'}
     for name in (Requirement(text).name for text in PROJECT['dependencies']):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fpnet_core.accuracy import quantile
+from fpnet.accuracy import quantile
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.metrics import expected_calibration_error, mean

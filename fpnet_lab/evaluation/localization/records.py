@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.accuracy import pose_errors, summarize_run
+from fpnet.accuracy import pose_errors, summarize_run
 from fpnet_core.geometry import Affine2D, angle_between
 from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 
@@ -86,7 +86,7 @@ class Record(RunLabels):
     Errors are in true metres and degrees, None where no pose was published. ``is_open_set`` runs
     have no right answer: a pose published there is a false claim, and counts as nothing else.
     ``beliefs`` holds ``(probability, is_right)`` of every tick with a placement; ``nees_mean`` and
-    ``inside_95`` are those of :class:`fpnet_core.accuracy.RunSummary`.
+    ``inside_95`` are those of :class:`fpnet.accuracy.RunSummary`.
     """
 
     is_open_set: bool

@@ -114,7 +114,7 @@ def settings_of(case: Case, config: FpnetConfig) -> FpnetConfig:
 
 
 def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> None:
-    from fpnet_core.viz.strip import plot_strip  # loads matplotlib
+    from fpnet.viz.strip import plot_strip  # loads matplotlib
 
     plot_strip(
         path,

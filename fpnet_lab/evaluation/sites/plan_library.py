@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet.library import LibraryPlan, PlanLibrary, Proposal
+from fpnet.library.files import proposed_site, read_library_plan
+from fpnet.library.keypoints import Keypoints
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.library import LibraryPlan, PlanLibrary, Proposal
-from fpnet_core.library.files import proposed_site, read_library_plan
-from fpnet_core.library.keypoints import Keypoints
 from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.maps import CutMap, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer

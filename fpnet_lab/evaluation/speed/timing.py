@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fpnet_core.cli.exits import NO_ANSWER
+from fpnet.cli.exits import NO_ANSWER
 from fpnet_core.errors import FpnetError
 from fpnet_lab.scores import Score, Unit, Units
 
@@ -103,7 +103,7 @@ def shell_figure(name: str, aim_s: float, arguments: Sequence[str], cwd: Path) -
 def _shell(arguments: Sequence[str], cwd: Path) -> Clocked:
     before, start = os.times(), time.perf_counter()
     done = subprocess.run(  # noqa: S603 - our own arguments
-        [sys.executable, '-m', 'fpnet_core.cli', *arguments],
+        [sys.executable, '-m', 'fpnet', *arguments],
         cwd=cwd,
         capture_output=True,
         text=True,

@@ -10,7 +10,7 @@ from PIL import Image
 from planted import plan_grid
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.io.maps import write_map
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 

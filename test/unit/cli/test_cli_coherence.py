@@ -15,7 +15,7 @@ from typing import Annotated, Literal, get_args, get_origin, get_type_hints
 import pytest
 import typer
 
-from fpnet_core.cli import build_app, common, installed_commands
+from fpnet.cli import build_app, common, installed_commands
 
 ROOT = Path(__file__).resolve().parents[3]
 SHARED = {
@@ -154,7 +154,7 @@ def test_shells_complete_subcommands_their_options_and_values(shell, typed, expe
         '_TYPER_COMPLETE_ARGS': typed,
         '_TYPER_COMPLETE_FISH_ACTION': 'get-args',
     }
-    code = 'from fpnet_core.cli import main; main()'
+    code = 'from fpnet.cli import main; main()'
     result = subprocess.run(
         [sys.executable, '-c', code], env=environment, capture_output=True, text=True, check=False
     )

@@ -14,7 +14,7 @@ from PIL import Image
 import pytest
 import typer
 
-from fpnet_core.cli import build_app, main, outputs
+from fpnet.cli import build_app, main, outputs
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -102,7 +102,7 @@ def test_all_commands_and_those_of_groups_look(tmp_path):
 @pytest.mark.parametrize('after_s', [0.1, 0.5])
 @pytest.mark.parametrize('words', [['segment'], ['check-plan', '--tours', '1']])
 def test_ctrl_c_ends_at_any_time_with_130_and_without_a_traceback(words, after_s, plan):
-    code = 'from fpnet_core.cli import main; print("begun", flush=True); main()'
+    code = 'from fpnet.cli import main; print("begun", flush=True); main()'
     process = subprocess.Popen(
         [sys.executable, '-c', code, words[0], str(plan), *words[1:]],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
@@ -120,7 +120,7 @@ def test_ctrl_c_ends_at_any_time_with_130_and_without_a_traceback(words, after_s
 def test_a_ctrl_c_that_a_library_throws_away_is_in_the_status(plan):
     code = """
 import os, signal
-from fpnet_core import cli
+from fpnet import cli
 
 loaded = cli.import_module
 

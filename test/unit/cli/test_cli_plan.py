@@ -9,7 +9,7 @@ from PIL import Image
 from planted import plan_grid
 import pytest
 
-from fpnet_core.cli import common, main
+from fpnet.cli import common, main
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import ReadOptions, ScaleSource

@@ -16,9 +16,9 @@ from PIL import Image
 import pytest
 import typer
 
-from fpnet_core import cli
-from fpnet_core.cli import COMMANDS, Subcommand, common, installed_commands, main
-from fpnet_core.cli.progress import progress, track
+from fpnet import cli
+from fpnet.cli import COMMANDS, Subcommand, common, installed_commands, main
+from fpnet.cli.progress import progress, track
 from fpnet_core.errors import ConfigError, FpnetError
 
 
@@ -33,7 +33,7 @@ def run(*arguments):
 def subcommand(monkeypatch):
     """Plug in a subcommand for the duration of a test; returns a function to do so."""
 
-    def plug(function, name='fpnet_core.cli.plugged'):
+    def plug(function, name='fpnet.cli.plugged'):
         module = type(sys)(name)
         module.command = function
         monkeypatch.setitem(sys.modules, name, module)
@@ -54,10 +54,10 @@ def test_help_loads_no_subcommand_and_nothing_heavy():
     heavy = ('cv2', 'matplotlib', 'numba', 'numpy', 'open3d', 'pydantic', 'scipy', 'torch')
     code = (
         'import sys\n'
-        'from fpnet_core.cli import main\n'
+        'from fpnet.cli import main\n'
         'try: main(["--help"])\n'
         'except SystemExit: pass\n'
-        'print([m for m in sys.modules if m.startswith(("fpnet_core.cli.", "fpnet_lab.cli."))'
+        'print([m for m in sys.modules if m.startswith(("fpnet.cli.", "fpnet_lab.cli."))'
         f' or m in {heavy}], file=sys.stderr)'
     )
     result = subprocess.run(
@@ -145,7 +145,7 @@ def test_an_answer_of_no_has_its_own_status(subcommand):
 
 
 def test_groups_are_plugged_in(monkeypatch, capsys):
-    module = type(sys)('fpnet_core.cli.grouped')
+    module = type(sys)('fpnet.cli.grouped')
     module.app = typer.Typer()
     module.app.callback()(lambda: None)
     module.app.command('inner')(lambda: typer.echo('inside'))
@@ -209,7 +209,7 @@ def test_version(monkeypatch, capsys):
 
 def test_runs_as_a_module():
     started = time.monotonic()
-    command = [sys.executable, '-m', 'fpnet_core.cli', 'segment', 'nowhere.png']
+    command = [sys.executable, '-m', 'fpnet', 'segment', 'nowhere.png']
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 1
     assert result.stderr == 'fpnet: nowhere.png does not exist; give an existing file or folder\n'

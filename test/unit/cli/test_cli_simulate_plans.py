@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_lab.sim.population.floors import TUNE_FLOORS
 
 

@@ -11,9 +11,9 @@ from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, DOORS, plan_grid, submap_gri
 from planted_site import GONE_WALL, OTHER_WALLS, building_xy, inside, other_storey
 import pytest
 
+from fpnet.geojson import as_geojson, write_geojson
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import DifferenceKind, find_differences
-from fpnet_core.differences.geojson import as_geojson, write_geojson
 from fpnet_core.differences.of_output import differences_of
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.localizer.floorplan import Floorplan

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fpnet_core.cli import main
+from fpnet.cli import main
+from fpnet.doctor.bag import observe_bag
+from fpnet.doctor.examine import examine
 from fpnet_core.doctor import Problem
-from fpnet_core.doctor.bag import observe_bag
-from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.sensor import upside_down_vote
 from fpnet_core.io import bag_writer
 from fpnet_core.io.bag_writer import BagWriter

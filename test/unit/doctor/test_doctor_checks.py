@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fpnet.doctor.bias import check_bias
+from fpnet.doctor.examine import examine
+from fpnet.doctor.motion import Motion, check_odometry
 from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
-from fpnet_core.doctor.bias import check_bias
 from fpnet_core.doctor.clocks import check_clocks, check_rate
-from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.motion import Motion, check_odometry
 from fpnet_core.doctor.observed import SeenScan
 from fpnet_core.doctor.sensor import (
     check_mount,

@@ -10,6 +10,7 @@ from PIL import Image
 from planted import plan_grid
 import pytest
 
+from fpnet.plan_check import check_plan
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.segmented_model import complete_model
@@ -17,7 +18,6 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.drawings.wording import said_of
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.maps import cut_of
-from fpnet_core.plan_check import check_plan
 from fpnet_core.segmentation import floorplan, segment_floorplan
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.storey_plans import storey_plans

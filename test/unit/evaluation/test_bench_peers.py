@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_lab.evaluation.localization import suite
 from fpnet_lab.evaluation.localization.records import Record
 

@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_lab.evaluation.regression import COUNTS, SHORT, differences
 
 BEFORE = {

@@ -12,7 +12,7 @@ from rosbags.convert import convert
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from fpnet_core.api.run import scans_of
+from fpnet.api.run import scans_of
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
+from fpnet.library import PlanLibrary, plan_of
+from fpnet.library.files import plan_files, share_of
+from fpnet.library.keypoints import PERIOD, KeypointKind, Keypoints, keypoints_of
+from fpnet.library.words import pairs_of_plan, pairs_of_query
 from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2
-from fpnet_core.library import PlanLibrary, plan_of
-from fpnet_core.library.files import plan_files, share_of
-from fpnet_core.library.keypoints import PERIOD, KeypointKind, Keypoints, keypoints_of
-from fpnet_core.library.words import pairs_of_plan, pairs_of_query
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import (
     FREE,

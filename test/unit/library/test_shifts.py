@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fpnet.library.shifts import Shifts
+from fpnet.library.walls import direction_of
 from fpnet_core.geometry import SE2
-from fpnet_core.library.shifts import Shifts
-from fpnet_core.library.walls import direction_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 CELL_M = 0.25

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
+from fpnet.library import PlanLibrary, plan_of
+from fpnet.library.walls import SeenWalls, packed, plan_walls, seen_walls, unpacked
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Placements
-from fpnet_core.library import PlanLibrary, plan_of
-from fpnet_core.library.walls import SeenWalls, packed, plan_walls, seen_walls, unpacked
 from fpnet_core.segmentation import STATED_SCALE, segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 

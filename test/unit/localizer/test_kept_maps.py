@@ -7,6 +7,7 @@ from planted import plan_grid
 from planted_drive import recorded
 import pytest
 
+from fpnet.report.moments import shown_ticks
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
@@ -14,7 +15,6 @@ from fpnet_core.localizer import Replay, create_localizer
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.localizer.kept import KeptPoses, is_brief
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.report.moments import shown_ticks
 from fpnet_core.types import CauseKind
 
 CONFIG = load_config()

@@ -4,7 +4,7 @@
 
 import pytest
 
-from fpnet_core.accuracy import quantile
+from fpnet.accuracy import quantile
 from fpnet_lab.metrics import mean, share
 
 

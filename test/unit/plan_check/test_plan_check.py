@@ -8,21 +8,21 @@ import numpy as np
 from planted import plan_grid
 import pytest
 
-from fpnet_core.config import load_config
-from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
-from fpnet_core.errors import ConfigError
-from fpnet_core.judging.asked import Asked
-from fpnet_core.localizer import create_finder, prepare_plan
-from fpnet_core.plan_check import check as plan_check
-from fpnet_core.plan_check.check import (
+from fpnet.plan_check import check as plan_check
+from fpnet.plan_check.check import (
     PlanCheck,
     TourResult,
     check_plan,
     expected_path_m,
     room_note,
 )
-from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
-from fpnet_core.plan_check.verdict import Fitness, verdict_of
+from fpnet.plan_check.self_similarity import SelfSimilarity, self_similarity
+from fpnet.plan_check.verdict import Fitness, verdict_of
+from fpnet_core.config import load_config
+from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
+from fpnet_core.errors import ConfigError
+from fpnet_core.judging.asked import Asked
+from fpnet_core.localizer import create_finder, prepare_plan
 from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
 from fpnet_core.segmentation.moved import rescaled, rescaled_rooms
 from fpnet_core.types import FREE, OCCUPIED, GridMap

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.judging.asked import Asked
-from fpnet_core.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.segmentation import segment_floorplan, told_scale
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap

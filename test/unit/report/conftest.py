@@ -6,10 +6,10 @@ import numpy as np
 from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
+from fpnet.report import RunRecord
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2, Placement, Placements
 from fpnet_core.matches import MatchResult
-from fpnet_core.report import RunRecord
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.trajectory import PlanarTrajectory

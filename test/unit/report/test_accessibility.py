@@ -6,8 +6,8 @@ from accessibility import axe, violations
 from browser import open_page
 import pytest
 
-from fpnet_core.report import write_run_report
-from fpnet_core.report.live import LiveRun
+from fpnet.report import write_run_report
+from fpnet.report.live import LiveRun
 
 pytestmark = [pytest.mark.slow, pytest.mark.apart]
 READY = "document.body.dataset.ready === 'true'"

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum

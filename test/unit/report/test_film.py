@@ -8,10 +8,10 @@ import numpy as np
 from PIL import Image
 import pytest
 
+from fpnet.report.film import on_the_way, write_film
+from fpnet.report.sheets import Box, PictureSheet, fitted
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D, Similarity2D
-from fpnet_core.report.film import on_the_way, write_film
-from fpnet_core.report.sheets import Box, PictureSheet, fitted
 
 BOX = Box(10, 20, 200, 100)
 

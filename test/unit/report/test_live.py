@@ -10,11 +10,11 @@ from urllib.parse import urlsplit
 from browser import open_page, wait_for
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
+from fpnet.report import write_run_report
+from fpnet.report.live import LiveRun, RecordedRun, read_content
+from fpnet.report.moments import MAX_MOMENTS
 from fpnet_core.errors import FpnetError
-from fpnet_core.report import write_run_report
-from fpnet_core.report.live import LiveRun, RecordedRun, read_content
-from fpnet_core.report.moments import MAX_MOMENTS
 
 
 @pytest.fixture

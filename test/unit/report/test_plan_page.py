@@ -6,13 +6,13 @@ import re
 
 from PIL import Image
 
+from fpnet.plan_check.check import PlanCheck, TourResult
+from fpnet.plan_check.self_similarity import SelfSimilarity, Twin
+from fpnet.plan_check.verdict import Fitness, PlanVerdict, Reason
+from fpnet.report.plan_page import write_plan_report
+from fpnet.viz.plan_check import UNIQUE, save_plan_check, similarity_colours
 from fpnet_core.drawings.types import DrawingScale, ScaleSource
-from fpnet_core.plan_check.check import PlanCheck, TourResult
-from fpnet_core.plan_check.self_similarity import SelfSimilarity, Twin
-from fpnet_core.plan_check.verdict import Fitness, PlanVerdict, Reason
-from fpnet_core.report.plan_page import write_plan_report
 from fpnet_core.segmentation import ScaleEstimate
-from fpnet_core.viz.plan_check import UNIQUE, save_plan_check, similarity_colours
 
 TWIN = Twin(0, 3, 180.0, 0.97)
 

@@ -13,14 +13,14 @@ import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid
 import pytest
 
+from fpnet.report import write_run_report
+from fpnet.report.charts import HEX_OF_STATUS, plan_figure
+from fpnet.report.moments import MAX_MOMENTS, chosen_ticks, moments
+from fpnet.report.pictures import grid_picture
+from fpnet.report.record import best_placement_error, on_one_storey, published_errors
+from fpnet.report.run_page import _ink_on
 from fpnet_core.differences import Difference, DifferenceKind, Differences
 from fpnet_core.geometry import SE2
-from fpnet_core.report import write_run_report
-from fpnet_core.report.charts import HEX_OF_STATUS, plan_figure
-from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks, moments
-from fpnet_core.report.pictures import grid_picture
-from fpnet_core.report.record import best_placement_error, on_one_storey, published_errors
-from fpnet_core.report.run_page import _ink_on
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import OCCUPIED, Cause, CauseKind, GridMap, LocalizerOutput, Status
 

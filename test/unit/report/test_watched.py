@@ -8,13 +8,13 @@ import zlib
 import numpy as np
 import pytest
 
-from fpnet_core.cli import main
+from fpnet.cli import main
+from fpnet.report.record import RunRecord
+from fpnet.report.watched import WatchedRun, with_tick
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.parcels import ShownPlan, ShownTick, packed, unpacked
 from fpnet_core.localizer.kept import is_brief
-from fpnet_core.report.record import RunRecord
-from fpnet_core.report.watched import WatchedRun, with_tick
 from fpnet_core.trajectory import PlanarTrajectory
 
 
@@ -71,7 +71,7 @@ class Page:
 @pytest.fixture
 def page(monkeypatch):
     page = Page()
-    monkeypatch.setattr('fpnet_core.report.watched.LiveRun', lambda *_: page)
+    monkeypatch.setattr('fpnet.report.watched.LiveRun', lambda *_: page)
     return page
 
 

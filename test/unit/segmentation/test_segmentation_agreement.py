@@ -7,12 +7,12 @@ from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
+from fpnet.viz.segmentation import draw_grid, draw_segmentation, region_colour
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
 from fpnet_core.types import FREE, OCCUPIED, GridMap
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
 
 
 def halves(cut):

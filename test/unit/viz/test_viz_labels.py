@@ -6,8 +6,8 @@ import pytest
 from shapely import make_valid
 from shapely.geometry import Point, Polygon
 
+from fpnet.viz.segmentation import label_xy
 from fpnet_core.types import Region, RegionLabel
-from fpnet_core.viz.segmentation import label_xy
 
 CORRIDOR = [[0, 0], [10, 0], [10, 2], [2, 2], [2, 10], [0, 10]]
 SQUARE = [[0, 0], [4, 0], [4, 4], [0, 4]]

@@ -7,12 +7,12 @@ import numpy as np
 from planted import plan_grid
 import pytest
 
+from fpnet.viz.reading import draw_reading
+from fpnet.viz.segmentation import label_xy
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.raster.pixels import map_points, pixel_to_xy
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.viz.reading import draw_reading
-from fpnet_core.viz.segmentation import label_xy
 
 
 @pytest.mark.parametrize('full_size', [None, (1800, 1600)])

@@ -12,8 +12,8 @@ from benchmark_reports import DRAWINGS, MADE, RECORDED, REPORTS, manifest
 import pytest
 from stated_figures import contradictions
 
+from fpnet.cli import main
 import fpnet_core
-from fpnet_core.cli import main
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import begin, finish, write_report
 from fpnet_lab.evaluation.published.figures import pages, stated, write_figures

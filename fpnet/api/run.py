@@ -1,0 +1,258 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A recording on its way over a floorplan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import cached_property
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet.accuracy import RunSummary, summarize_run
+from fpnet.viz.pictures import figure_of, html_of
+from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
+from fpnet_core.differences import Differences
+from fpnet_core.differences.of_output import differences_of
+from fpnet_core.differences.outdated import Outdated, outdated_here
+from fpnet_core.doctor.sensor import MountVotes
+from fpnet_core.drawings.scaling import with_scale_of
+from fpnet_core.drawings.types import Reading
+from fpnet_core.errors import BagFormatError, OdometryError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.posed_scans import PosedScans
+from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.scans import Scan, ScanSource
+from fpnet_core.io.topic_names import TF_TOPIC
+from fpnet_core.io.trajectories import read_poses
+from fpnet_core.judging.asked import Asked
+from fpnet_core.judging.findings import Sensed
+from fpnet_core.localizer import Replay, ReplayResult
+from fpnet_core.localizer.diagnosis import explain_run
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.odometry import GuidedOdometry
+from fpnet_core.sites import Site, Storey
+from fpnet_core.sites.site_localizer import SiteLocalizer
+from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MAP_BYTES = 128e6  # chosen: for maps of ticks that outputs show; as much as the localizer holds
+
+
+def scans_of(
+    recording: str | Path,
+    *,
+    poses: str | Path | None = None,
+    odometry: OdometryChoice | None = None,
+    topics: Sequence[str] = (),
+    scan_stamp: ScanStamp = 'auto',
+) -> ScanSource:
+    """
+    Open the scans of a recording, with the odometry that was asked for.
+
+    Raises
+    ------
+    OdometryError
+        If the recording has no odometry of its own, and that was asked for.
+    """
+    # With poses of the sensor itself, nobody asks where it sits on the robot.
+    unread = '' if odometry == 'kiss' or poses is not None else None
+    path = Path(recording)
+    source = open_scans(path, topics=topics, odometry_topic=unread, scan_stamp=scan_stamp)
+    if poses is not None:
+        return PosedScans(source, read_poses(Path(poses)))
+    if odometry in ('robot', 'both') and not source.has_poses:
+        source = _with_poses_of_tf(path, topics, scan_stamp)
+    return source
+
+
+def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) -> ScanSource:
+    with suppress(BagFormatError):
+        source = open_scans(path, topics=topics, odometry_topic=TF_TOPIC, scan_stamp=scan_stamp)
+        if source.has_poses:
+            return source
+    raise OdometryError(
+        f'{path} brings no odometry of its own; record its nav_msgs/Odometry, or its /tf and '
+        '/tf_static, as well, or leave the choice of odometry out'
+    )
+
+
+class Run:
+    """
+    A recording on its way over a floorplan, or a site of several.
+
+    Iterating yields what each tick says, as the recording is read; everything else reads on to
+    its end first. Poses are of the floorplan's frame; on a site, those on the storey at the end.
+
+    Parameters
+    ----------
+    plan : the floorplan as it was read, or a site of several
+    scans : of the recording, see :func:`scans_of`
+    config : of the localizer
+    advance : called after each scan
+    odometry : both: KISS-ICP registers scans with poses as well, which help and check it
+    """
+
+    def __init__(
+        self,
+        plan: Reading | Site,
+        scans: ScanSource,
+        config: FpnetConfig,
+        advance: Callable[[], None] = lambda: None,
+        odometry: OdometryChoice | None = None,
+    ) -> None:
+        site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
+        self.site, self.config, self._scans = site, config, scans
+        self._matcher = LearnedMatcher(config.matcher)
+        self._localizer = SiteLocalizer(config, self._matcher)
+        self._localizer.set_site(site)
+        self._mount = MountVotes()
+        self._replay = Replay(
+            self._watched(scans),
+            self._localizer,
+            config.localizer.tick_period_s,
+            GuidedOdometry(config.odometry).register_scan,
+            advance,
+            registers_all=odometry == 'both',
+            map_bytes=_MAP_BYTES,
+        )
+
+    def __iter__(self) -> Iterator[LocalizerOutput]:
+        """Yield the outputs of the ticks that nobody has asked for yet."""
+        return iter(self._replay)
+
+    @cached_property
+    def result(self) -> ReplayResult:
+        """All ticks, all published poses and the odometry."""
+        for _ in self._replay:
+            pass
+        return self._replay.result()
+
+    @property
+    def so_far(self) -> ReplayResult:
+        """What there is of the run between two of its ticks; nothing is read on."""
+        return self._replay.result()
+
+    @property
+    def rooms(self) -> Segmentation:
+        """Rooms and doors of the floorplan that the newest tick is about, at its scale so far."""
+        said = self._localizer.snapshot.plan
+        plan = self._localizer.plan if said is None else said.nominal
+        assert plan is not None  # it was set at the beginning
+        return plan.segmentation
+
+    @property
+    def plan(self) -> Reading:
+        """The floorplan; of a site, that of the storey at the end."""
+        if len(self.site.storeys) == 1:
+            return self.site.storeys[0].plan
+        return self.site.storey(self.storey).plan
+
+    @property
+    def storey(self) -> str:
+        """The storey at the end; empty for a floorplan that is no site's."""
+        return self.last.storey or self.site.storeys[0].name
+
+    @property
+    def last(self) -> LocalizerOutput:
+        """What the last tick said."""
+        return self.result.outputs[-1] if self.result.outputs else self._localizer.output
+
+    @property
+    def status(self) -> Status:
+        """The status at the end."""
+        return self.last.status
+
+    @property
+    def poses(self) -> PlanarTrajectory:
+        """Published poses in the plan's frame: stamps, positions [m] and yaw [rad]."""
+        return self.result.published.take(self._is_here)
+
+    @property
+    def covariances(self) -> NDArray[np.float64]:
+        """Those ``(S, 3, 3)`` of the published poses' x, y [m] and yaw [rad]."""
+        return self.result.covariances[self._is_here]
+
+    @property
+    def _is_here(self) -> NDArray[np.bool_]:
+        """Which of the published poses ``(S,)`` are on the plan."""
+        return np.array([name == self.storey for name in self.result.storeys], dtype=np.bool_)
+
+    @property
+    def segmentation(self) -> Segmentation:
+        """The floorplan's rooms and doors, at the scale that was found."""
+        self.result  # noqa: B018 - the scale is that of the end
+        return self.rooms
+
+    @cached_property
+    def differences(self) -> Differences | None:
+        """Where plan and what was seen differ; None unless the robot is localized at the end."""
+        last, plan = self.last, self._localizer.snapshot.plan
+        return None if plan is None else differences_of(last, plan)
+
+    @property
+    def outdated(self) -> Outdated | None:
+        """How far the plan is out of date where the robot is at the end; None unless it is."""
+        return None if self.differences is None else outdated_here(self.last, self.differences)
+
+    def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
+        """
+        Return why there is no answer in the end, the likeliest cause first; none where there is.
+
+        ``asked`` is what was typed, from which the next commands are made; ``storey`` of the
+        sheet, as it was asked for.
+        """
+        if self.status is Status.LOCALIZED:
+            return ()
+        plan, outputs = self.plan, self.result.outputs
+        config = with_scale_of(plan, self.config)
+        sensed = Sensed(self._mount.is_upside_down, self._matched_hz)
+        return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey, sensed)
+
+    def _watched(self, scans: ScanSource) -> Iterator[Scan]:
+        for scan in scans:
+            self._mount.look(scan)
+            yield scan
+
+    @property
+    def _matched_hz(self) -> float:
+        """How often scans come; infinite where they bring poses."""
+        stamps_ns = self.result.odometry.stamps_ns
+        if self._scans.has_poses or len(stamps_ns) < 2:
+            return math.inf
+        return NS_PER_S / max(1.0, float(np.median(np.diff(stamps_ns))))
+
+    def summary(
+        self, truth: PlanarTrajectory | None = None, A_plan_truth: Affine2D | None = None
+    ) -> RunSummary:
+        """Return the run's figures, against true poses where somebody knows them."""
+        run = self.result
+        A = Affine2D.identity() if A_plan_truth is None else A_plan_truth
+        return summarize_run(self.poses, run.odometry, run.tick_ms, truth, A, self.covariances)
+
+    def __repr__(self) -> str:
+        """Say how it ended, once it has been read to its end."""
+        on = self.site.name or self.site.storeys[0].plan.drawing.name
+        if 'result' not in self.__dict__:
+            return f'<Run on {on}, not read to its end yet>'
+        return f'<Run on {on}: {self.last.said}; {self.summary()}>'
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Draw the plan with the published poses, and the submap at the end."""
+        from fpnet.viz.run import draw_run
+
+        figure = figure_of(figure, (16.0, 8.5))
+        draw_run(figure, self.segmentation, self.last, self.poses)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html_of(self, self.plot if 'result' in self.__dict__ else None)

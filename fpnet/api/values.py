@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the interface returns: the core's values with a short ``repr`` and a picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from fpnet.plan_check import PlanCheck
+from fpnet.viz.pictures import axes_of, figure_of, html_of
+from fpnet_core.differences import Differences
+from fpnet_core.drawings.types import Reading
+from fpnet_core.drawings.wording import said_of_scale
+from fpnet_core.localizer import MapMatch
+from fpnet_core.types import Segmentation, Submap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Value = TypeVar('Value')
+
+
+def shown_as(shown: type[Value], value: Any) -> Value:
+    """Return a frozen value as the class beside it that has a picture."""
+    return shown(**{field.name: getattr(value, field.name) for field in fields(value)})
+
+
+class Plan(Reading):
+    """A drawing read as a plan: :class:`fpnet_core.drawings.types.Reading` with a picture."""
+
+    def __repr__(self) -> str:
+        """Say what it shows in a line."""
+        height, width = (cells * self.grid.resolution for cells in self.grid.shape)
+        doubts = f', doubts: {"; ".join(self.doubts)}' if self.doubts else ''
+        return (
+            f'<Plan {self.drawing.name}: {width:.0f} x {height:.0f} m, '
+            f'{said_of_scale(self.scale)}{doubts}>'
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it in metres, on ``ax`` or a figure of its own."""
+        from fpnet.viz.segmentation import draw_grid
+
+        ax = axes_of(ax)
+        draw_grid(ax, self.grid)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+class Rooms(Segmentation):
+    """Rooms and doors: :class:`fpnet_core.types.Segmentation` with a picture."""
+
+    def __repr__(self) -> str:
+        """Say what was found in a line."""
+        area_m2 = sum(room.area_m2 for room in self.rooms)
+        said = f'{len(self.rooms)} rooms, {area_m2:.0f} m2, {len(self.doors)} doors'
+        return f'<Rooms: {said if self.rooms else self.reason}>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the map, its rooms with their numbers and its doors, in metres."""
+        from fpnet.viz.segmentation import draw_grid, draw_segmentation
+
+        ax = axes_of(ax)
+        draw_grid(ax, self.grid)
+        draw_segmentation(ax, self, with_ids=True)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+@dataclass(frozen=True, eq=False)
+class RobotMap:
+    """What a robot has seen; ``is_metric`` says that its metres are true."""
+
+    submap: Submap
+    is_metric: bool
+
+    def __repr__(self) -> str:
+        """Say how much it is in a line."""
+        metres = 'm2' if self.is_metric else 'm2 at a nominal scale'
+        return f'<RobotMap: {self.submap.free_area_m2:.0f} {metres} of free space>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it in its metres, on ``ax`` or a figure of its own."""
+        from fpnet.viz.segmentation import draw_grid
+
+        ax = axes_of(ax)
+        draw_grid(ax, self.submap.grid)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """What a robot has seen placed on a drawing, that of ``storey``, and how these differ."""
+
+    match: MapMatch
+    differences: Differences
+    storey: str = ''
+
+    def __repr__(self) -> str:
+        """Say how much differs in a line."""
+        likely = self.differences.likely
+        length_m = sum(each.length_m for each in likely)
+        return f'<Placed (p {self.match.probability:.2f}): {len(likely)} differ, {length_m:.0f} m>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the drawing with what differs, in metres, on ``ax`` or a figure of its own."""
+        from fpnet.viz.differences import draw_differences
+
+        ax = axes_of(ax)
+        draw_differences(ax, self.differences)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+class Check(PlanCheck):
+    """Findings on a floorplan: :class:`fpnet.plan_check.PlanCheck` with a picture."""
+
+    def __repr__(self) -> str:
+        """Say what was found in a line."""
+        rooms, doors = len(self.segmentation.rooms), len(self.segmentation.doors)
+        said = 'accepted' if self.verdict.accepted else self.verdict.fitness.value
+        return f'<Check {said}: {rooms} rooms, {doors} doors, {len(self.advice)} pieces of advice>'
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Draw rooms and doors, and which rooms look alike, side by side."""
+        from fpnet.viz.plan_check import draw_plan_check, plan_check_inches
+
+        figure = figure_of(figure, plan_check_inches(self.segmentation))
+        draw_plan_check(figure, self.segmentation, self.similarity)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html_of(self, self.plot)
+
+
+class Match(MapMatch):
+    """A robot's map on a plan: :class:`fpnet_core.localizer.MapMatch` with a picture."""
+
+    def __repr__(self) -> str:
+        """Say whether it was placed, how surely, and why."""
+        return f'<Match {self.status.value} (p {self.probability:.2f}): {self.reason}>'
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Draw both maps and the robot's walls on the plan, side by side."""
+        from fpnet.viz.match import draw_map_match
+
+        figure = figure_of(figure, (18.0, 6.5))
+        draw_map_match(figure, self)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html_of(self, self.plot)

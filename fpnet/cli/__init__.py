@@ -1,0 +1,287 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The ``fpnet`` command: one small module per subcommand, imported only when it is called.
+
+To add a subcommand, write ``fpnet/cli/<name>.py`` and name it in ``COMMANDS``; one that no
+robot needs goes to ``fpnet_lab.cli``, which is found by its entry point in the group
+``fpnet.commands``, as another package's would be. The module
+exports either a function ``command`` or, for a group such as ``fpnet simulate recording``, a
+``typer.Typer`` called ``app``::
+
+    from typing import Annotated
+    import typer
+    from fpnet.cli import common
+
+    def command(
+        input_path: Annotated[Path, typer.Argument(metavar='INPUT', help='Floorplan image.')],
+        config: common.ConfigOption = None,
+        settings: common.SetOption = None,
+        seed: common.SeedOption = None,
+        json_path: common.JsonOption = None,
+    ) -> None:
+        \"\"\"
+        Say in one line what the user gets.
+
+        Example: fpnet NAME plan.png --json out.json
+        \"\"\"
+        tree = common.load(config, settings, seed)
+        from fpnet_core.segmentation import segment_floorplan   # heavy imports go in here
+
+``--config``, ``--set``, ``--out``, ``--seed``, ``--device`` and ``--json`` mean the same
+everywhere: take their types from :mod:`fpnet.cli.common`, which also has progress bars and
+JSON output. A subcommand returns for success, raises an FpnetError for bad input (one line, exit
+status 1), or raises ``typer.Exit(code)`` when it ran but its answer is no.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+import os
+import signal
+import sys
+from typing import Any
+
+import typer
+
+from fpnet_core.errors import FpnetError, said_of_system
+from fpnet_core.freed_memory import keep_freed_memory
+from fpnet_core.printable import printable
+
+INTERRUPTED = 130
+"""Given: by shells, exit status after Ctrl-C."""
+
+_SOON_S = 0.05  # numerical
+
+ENTRY_POINTS = 'fpnet.commands'
+"""Group of entry points, each a mapping of names to :class:`Subcommand`."""
+
+
+@dataclass(frozen=True)
+class Subcommand:
+    """
+    Module to import when the subcommand is called, and its line in ``fpnet --help``.
+
+    ``extra`` of the distribution holds the libraries that it needs beside the core's.
+    """
+
+    module: str
+    summary: str
+    extra: str = 'report'
+
+
+COMMANDS = {
+    'check-plan': Subcommand(
+        'fpnet.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
+    ),
+    'diff': Subcommand(
+        'fpnet.cli.diff', 'Find where a drawing and what was seen of the building differ.'
+    ),
+    'doctor': Subcommand(
+        'fpnet.cli.doctor', 'Find what is wrong with a recording or a running robot.'
+    ),
+    'library': Subcommand(
+        'fpnet.cli.library', 'Find the floorplan among many that a robot may be in.'
+    ),
+    'localize': Subcommand('fpnet.cli.localize', 'Localise a recording on a floorplan, offline.'),
+    'match': Subcommand(
+        'fpnet.cli.match', 'Find the transform between a floorplan and a robot map.'
+    ),
+    'plan': Subcommand(
+        'fpnet.cli.plan', 'Read a drawing as a floorplan: PDF, DXF, scan or picture.'
+    ),
+    'segment': Subcommand(
+        'fpnet.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+    ),
+    'site': Subcommand(
+        'fpnet.cli.site', 'Check the storeys of a site: plans, links, and what looks alike.'
+    ),
+    'view': Subcommand(
+        'fpnet.cli.view',
+        'Show a run while it goes on, or a recorded one again, in a browser.',
+    ),
+}
+"""What the core brings."""
+
+
+def installed_commands() -> dict[str, Subcommand]:
+    """Return the core's subcommands and those that installed packages bring, by name."""
+    found = dict(COMMANDS)
+    for entry in entry_points(group=ENTRY_POINTS):
+        with suppress(ModuleNotFoundError):  # a robot may be installed without its lab
+            found.update(entry.load())
+    return dict(sorted(found.items()))
+
+
+def build_app(subcommand: str | None) -> typer.Typer:
+    """
+    Return the command line with ``subcommand`` loaded.
+
+    The others appear by name and summary only, so that ``fpnet --help`` imports none of them.
+    """
+    app = typer.Typer(
+        name='fpnet',
+        help='Localise a robot on a floorplan with lidar.',
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={'help_option_names': ['-h', '--help']},
+    )
+    app.callback()(_options)
+    for name, entry in installed_commands().items():
+        if name != subcommand:
+            app.command(name, help=entry.summary)(_not_loaded)
+            continue
+        module = import_module(entry.module)
+        if hasattr(module, 'app'):
+            app.add_typer(module.app, name=name)
+        else:
+            app.command(name)(module.command)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """
+    Run ``fpnet``; the console entry point.
+
+    Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
+    """
+    # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    with _noted_interrupts() as interrupts:
+        try:
+            _run(arguments)
+        except BaseException as ended:  # what comes of it, too: an import that fails, an abort
+            if interrupts or _is_interrupt(ended):
+                raise SystemExit(INTERRUPTED) from None
+            raise
+
+
+def _run(arguments: Sequence[str]) -> None:
+    subcommand = _subcommand(arguments or _words_to_complete())
+    try:
+        command = typer.main.get_command(build_app(subcommand))
+        if subcommand is not None:
+            keep_freed_memory()
+            import_module('fpnet.cli.outputs').look_first(command)
+        command(args=arguments, prog_name='fpnet')
+    except ModuleNotFoundError as error:
+        _fail_for_missing(subcommand, error)
+    except FpnetError as error:
+        _fail(' '.join(str(error).split()))
+    except OSError as error:
+        _fail(said_of_system(error))
+
+
+@contextmanager
+def _noted_interrupts() -> Iterator[list[int]]:
+    """
+    Fill the list with every Ctrl-C: a library's bare ``except`` may throw one away.
+
+    One that is lost where Python says so is repeated.
+    """
+    interrupts: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        interrupts.append(number)
+        signal.default_int_handler(number, frame)
+
+    hook, sys.unraisablehook = sys.unraisablehook, _interrupt_again
+    handler = signal.getsignal(signal.SIGINT)
+    is_ours = handler is signal.default_int_handler
+    if is_ours:
+        with suppress(ValueError):  # only the main thread may, and gets them
+            signal.signal(signal.SIGINT, note)
+    try:
+        yield interrupts
+    finally:
+        sys.unraisablehook = hook
+        if signal.getsignal(signal.SIGINT) is note:
+            signal.signal(signal.SIGINT, handler)
+
+
+def _is_interrupt(ended: BaseException) -> bool:
+    """Tell whether it is a Ctrl-C, or the abort with any status that typer makes of it."""
+    why = ended.__context__
+    is_abort = isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
+    return is_abort or isinstance(ended, KeyboardInterrupt)
+
+
+def _interrupt_again(lost: Any) -> None:
+    """
+    Repeat a Ctrl-C that came while a compiled library called Python, which threw it away.
+
+    It comes a moment later, as one within this function would be lost as well.
+    """
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    import _thread
+    import threading
+
+    threading.Timer(_SOON_S, _thread.interrupt_main).start()
+
+
+def _subcommand(words: Sequence[str]) -> str | None:
+    # The options before the subcommand are flags, so the first bare word is the subcommand.
+    return next((word for word in words if not word.startswith('-')), None)
+
+
+def _words_to_complete() -> list[str]:
+    """Return what has been typed so far, where a shell asks for completions; else nothing."""
+    if '_FPNET_COMPLETE' not in os.environ:
+        return []
+    # The first is bash's, the second that of the other shells.
+    typed = os.environ.get('COMP_WORDS') or os.environ.get('_TYPER_COMPLETE_ARGS', '')
+    return typed.split()[1:]
+
+
+def _fail_for_missing(subcommand: str | None, error: ModuleNotFoundError) -> None:
+    """Name what to install where a library is absent; a module of our own is a defect."""
+    entry = installed_commands().get(subcommand or '')
+    if entry is None or (error.name or '').startswith('fpnet'):
+        raise error
+    _fail(
+        f'{subcommand} needs {error.name}, which is not installed: '
+        f"pip install 'fpnet_ros[{entry.extra}]'"
+    )
+
+
+def _fail(message: str) -> None:
+    print(printable(f'fpnet: {message}'), file=sys.stderr)
+    raise SystemExit(1)
+
+
+def _not_loaded() -> None:
+    raise AssertionError('a subcommand ran without being loaded')
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f'fpnet {version("fpnet_ros")}')
+        raise typer.Exit
+
+
+def _options(
+    verbose: bool = typer.Option(False, '--verbose', '-v', help='Log details to stderr.'),
+    version: bool = typer.Option(
+        False, '--version', callback=_show_version, is_eager=True, help='Print the version.'
+    ),
+) -> None:
+    import logging
+
+    class PrintableFormatter(logging.Formatter):
+        def format(self, record: logging.LogRecord) -> str:
+            return printable(super().format(record))
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(PrintableFormatter('%(levelname)s %(name)s: %(message)s'))
+    level = logging.INFO if verbose else logging.WARNING
+    logging.basicConfig(level=level, handlers=[handler])

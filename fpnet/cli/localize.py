@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet localize``: a recording on a floorplan, offline, through the very same core."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet.cli import common
+from fpnet.cli.exits import NO_ANSWER
+from fpnet.cli.plans import read_plans, write_differences
+from fpnet.cli.progress import progress
+from fpnet_core.config import OdometryChoice
+
+if TYPE_CHECKING:
+    from fpnet.accuracy import RunSummary
+    from fpnet.api.run import Run
+    from fpnet.report import RunRecord
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.geometry import Affine2D
+    from fpnet_core.io.scans import ScanSource
+    from fpnet_core.judging.asked import Asked
+    from fpnet_core.sites import Site
+    from fpnet_core.trajectory import PlanarTrajectory
+    from fpnet_core.types import Cause
+
+_Recording = Annotated[
+    Path,
+    typer.Argument(metavar='INPUT', help='Bag, CARMEN log, or folder of scans with poses.'),
+]
+_TruthOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--truth',
+        metavar='TUM',
+        help='True poses to compare with: on the floorplan, or truth.tum of a simulation.',
+    ),
+]
+_PosesOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--poses',
+        metavar='FILE',
+        help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
+    ),
+]
+_OdometryOption = Annotated[
+    OdometryChoice | None,
+    common.choice(
+        '--odometry',
+        OdometryChoice,
+        "Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
+        "checked by the bag's own). Default: the bag's own if it has one.",
+    ),
+]
+_TopicsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--topic',
+        metavar='NAME',
+        help='Topic of a bag: a PointCloud2, a LaserScan, or an Odometry; repeatable.',
+    ),
+]
+_TumOption = Annotated[
+    Path | None,
+    typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
+]
+_FilmOption = Annotated[
+    Path | None,
+    typer.Option('--film', metavar='GIF', help='Write the run as a moving picture.'),
+]
+_ViewOption = Annotated[
+    bool, typer.Option('--view', help='Show the run while it goes on, on a page of this machine.')
+]
+
+
+@common.reads_drawing
+def command(
+    recording: _Recording,
+    said: common.DrawingOptions,
+    floorplan: common.FloorplanOption = None,
+    site: common.SiteOption = None,
+    truth: _TruthOption = None,
+    poses: _PosesOption = None,
+    odometry: _OdometryOption = None,
+    topics: _TopicsOption = None,
+    tum: _TumOption = None,
+    film: _FilmOption = None,
+    view: _ViewOption = False,
+    port: common.PortOption = common.DEFAULT_PORT,
+    out: common.OutOption = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Localise a recording on a floorplan, offline.
+
+    The scale of a drawing that states none is estimated, and searched around that estimate.
+
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged as /tf_static
+    says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
+    odometry, or help and check KISS-ICP with --odometry both.
+
+    Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
+    said where it is: then it prints the likely causes with the next command. Errors exit 1.
+
+    With --out the folder gets report.html, run.json, poses.tum (those on the storey at the end),
+    covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, and differences.geojson.
+
+    Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
+
+    Example: fpnet localize drive/ --site site.yaml --out out/run
+
+    Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
+    """
+    tree = common.load(config, settings, seed)
+    from fpnet.api.run import scans_of
+    from fpnet_core.types import Status
+
+    source = scans_of(
+        common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
+        scan_stamp=tree.scans.stamp,
+    )  # fmt: skip
+    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    known = _known(truth, plans)
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
+    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
+    title = f'{recording.name} on {Path(asked.drawing).name}'
+    run = _ended(plans, source, tree, odometry, title, port if view else None)
+    ended = _Ended(run, known, run.causes(_of_bag(asked, source, poses, odometry), said.storey))
+    _say(ended, out, json_path)
+    _write_files(ended, tum, json_path)
+    _write_pictures(ended, title, film, out)
+    if run.status is not Status.LOCALIZED:
+        raise typer.Exit(NO_ANSWER)
+
+
+def _of_bag(
+    asked: Asked, source: ScanSource, poses: Path | None, odometry: OdometryChoice | None
+) -> Asked:
+    """Return what was asked, with whether odometry is the bag's own, and nobody chose it."""
+    is_own = source.kind == 'bag' and source.has_poses
+    return replace(asked, of_bag=is_own and poses is None and odometry is None)
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """True poses, None where nobody knows them, and the map from their frame to the plan's."""
+
+    reference: PlanarTrajectory | None
+    A_plan_truth: Affine2D
+
+
+def _known(truth: Path | None, plans: Reading | Site) -> _Known:
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.geometry import Affine2D
+    from fpnet_core.io.truth import check_truth, read_truth
+
+    if truth is None:
+        return _Known(None, Affine2D.identity())
+    if isinstance(plans, Reading):  # of several storeys nobody says yet which one it is of
+        check_truth(truth, plans.grid.resolution)
+    return _Known(*read_truth(truth))
+
+
+def _typed_source(
+    poses: Path | None, odometry: OdometryChoice | None, topics: Sequence[str] | None
+) -> list[str]:
+    """Return what was typed to say which scans and poses of the recording are meant."""
+    given = ['--poses', str(poses)] if poses else []
+    given += ['--odometry', odometry] if odometry else []
+    return given + [word for topic in topics or () for word in ('--topic', topic)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Ended:
+    """A run that was read to its end, and why it has no answer."""
+
+    run: Run
+    known: _Known
+    causes: tuple[Cause, ...]
+
+    @property
+    def summary(self) -> RunSummary:
+        return self.run.summary(self.known.reference, self.known.A_plan_truth)
+
+    def figures(self) -> dict[str, Any]:
+        last, result = self.run.last, self.run.result
+        return {
+            'status': last.status.value,
+            **self._storeys(),
+            'probability': round(last.probability, 4),
+            'reason': last.reason,
+            'causes': [cause.as_json() for cause in self.causes],
+            'outdated': None if self.run.outdated is None else self.run.outdated.as_json(),
+            'scans': len(result.odometry),
+            'rejected_scans': result.rejected_scans,
+            'path_m': round(result.odometry.path_length_m(), 3),
+            **self.summary.as_json(),
+        }
+
+    def record(self, title: str) -> RunRecord:
+        """Return the run as reports and films are made of it."""
+        from fpnet.report import RunRecord
+        from fpnet.report.record import on_one_storey
+
+        run, known = self.run, self.known
+        outputs = on_one_storey(run.result.outputs)
+        return RunRecord(
+            title, f'{run.last.said}. {self.summary}', run.segmentation, outputs, run.poses,
+            known.reference, known.A_plan_truth, self.figures(), self.causes, run.result.odometry,
+            run.differences,
+        )  # fmt: skip
+
+    def _storeys(self) -> dict[str, Any]:
+        """Return what is said of storeys where there are several."""
+        last = self.run.last
+        if len(last.storeys) < 2:
+            return {}
+        probability = {name: round(p, 4) for name, p in last.storeys.items()}
+        claims = [o for o in self.run.result.outputs if o.A_plan_odom is not None]
+        changes = [
+            {'stamp_ns': new.stamp_ns, 'storey': new.storey}
+            for old, new in zip([None, *claims], claims, strict=False)
+            if old is None or old.storey != new.storey
+        ]
+        return {'storey': last.storey, 'storeys': probability, 'claims': changes}
+
+
+def _ended(
+    plans: Reading | Site,
+    source: ScanSource,
+    tree: FpnetConfig,
+    odometry: OdometryChoice | None,
+    title: str,
+    port: int | None,
+) -> Run:
+    """Return the run at its end; ``port`` is that of a page that shows it."""
+    from fpnet.api.run import Run
+
+    with progress('localizing', total=len(source)) as advance:
+        run = Run(plans, source, tree, lambda: advance(1.0), odometry)
+        if port is None:
+            for _ in run:
+                pass
+        else:
+            from fpnet.cli.view import follow
+            from fpnet.report.live import LiveRun
+
+            with LiveRun(title, run.rooms, port) as live:
+                follow(run, live)
+    return run
+
+
+def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
+    common.say(ended.run.last.said, json_path)
+    if ended.run.outdated is not None:
+        common.say(ended.run.outdated.said, json_path)
+    seen = '' if out is None else f'; see {out / common.REPORT_NAME}'
+    common.say(f'{ended.summary}{seen}', json_path)
+    common.say_causes(ended.causes, json_path)
+
+
+def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:
+    from fpnet_core.io.trajectories import write_tum
+
+    if tum is not None:
+        poses = ended.run.poses
+        write_tum(tum, poses.stamps_ns, poses.xy, poses.yaw)
+    common.write_json(json_path, ended.figures())
+
+
+def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | None) -> None:
+    if film is None and out is None:  # what draws need not be installed
+        return
+    from fpnet.report import write_run_exports, write_run_report
+    from fpnet.report.film import write_film
+
+    record, run = ended.record(title), ended.run
+    if out is not None:
+        write_run_exports(
+            out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
+        )
+        common.write_json(out / 'run.json', record.figures)
+        if run.differences is not None:
+            write_differences(out, run.differences)
+        write_run_report(out / common.REPORT_NAME, record)
+    if film is not None:  # the last: it refuses a run that has compared nothing
+        write_film(film, record)

@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet match``: the transform between two maps, and their scales where none states one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+import typer
+
+from fpnet.cli import common
+from fpnet.cli.plans import read_plans
+
+if TYPE_CHECKING:
+    from fpnet.api.values import Match, RobotMap
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.geometry import Affine2D
+    from fpnet_core.judging.asked import Asked
+    from fpnet_core.localizer import MapMatch
+    from fpnet_core.matching import RegionMatcher
+    from fpnet_core.sites import Site
+    from fpnet_core.types import Cause, GridMap
+
+
+@common.reads_drawing
+def command(
+    submap: Annotated[
+        Path,
+        typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
+    ],
+    said: common.DrawingOptions,
+    plan: common.PlanOption = None,
+    site: common.SiteOption = None,
+    submap_storey: Annotated[
+        int | None,
+        typer.Option('--submap-storey', min=1, help='Which storey of a cloud, from the lowest.'),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the maps and the match.')
+    ] = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Find the transform between a floorplan, or one of a site's, and a robot map.
+
+    A map_server YAML and a cloud state their scale; it is trusted within pose.scale_tolerance,
+    see localizer.scale_policy. That of a drawing or of a bare image is unknown, and estimated.
+
+    The affine (the homography, where a perspective was undone) maps submap pixels (x right, y
+    down, integer at the pixel's centre) to the drawing's own pixels; a cloud's pixels are those
+    of its raster, row 0 at the top. The scale in the JSON is in plan metres per metre of the
+    submap, where a robot map without a scale counts 0.05 m per pixel.
+
+    Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
+
+    Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
+
+    Example: fpnet match --site site.yaml --submap robot_map.yaml --json -
+    """
+    tree = common.load(config, settings, seed)
+    from fpnet.api import read_robot_map
+    from fpnet_core.matching.learned import LearnedMatcher
+
+    common.check_input(submap)
+    plans = read_plans(plan, site, said, tree, '--plan', json_path)
+    seen = read_robot_map(submap, tree, storey=submap_storey)
+    found = _matched(plans, seen, tree)
+    result = found.best
+    given = common.typed_settings(config, settings)
+    given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
+    asked = said.asked_of(('match', '--submap', str(submap), *given), '--plan', plan, site)
+    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, asked, said.storey)
+    stated = found.plan.scale.is_known, seen.is_metric
+    report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
+    report['causes'] = [cause.as_json() for cause in causes]
+    common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
+    common.say_causes(causes, json_path)
+    common.write_json(json_path, report)
+    if plot is not None:
+        from fpnet.viz.match import save_map_match
+
+        save_map_match(result, plot)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A match on each storey, the most probable first, and the drawing of that one."""
+
+    matches: dict[str, Match]
+    plan: Reading
+
+    @property
+    def best(self) -> Match:
+        return next(iter(self.matches.values()))
+
+    def storeys(self) -> dict[str, Any]:
+        """Return what is said of storeys where there are several."""
+        if len(self.matches) < 2:
+            return {}
+        probability = {name: round(each.probability, 4) for name, each in self.matches.items()}
+        return {'storey': self.best.storey, 'storeys': probability}
+
+
+def _matched(plans: Reading | Site, seen: RobotMap, tree: FpnetConfig) -> _Found:
+    from fpnet.api import match, match_site
+    from fpnet_core.drawings.types import Reading
+
+    if isinstance(plans, Reading):
+        return _Found({'': match(plans, seen, tree)}, plans)
+    matches = match_site(plans, seen, tree)
+    return _Found(matches, plans.storey(next(iter(matches))).plan)
+
+
+def _causes(
+    result: MapMatch,
+    matcher: RegionMatcher,
+    tree: FpnetConfig,
+    reading: Reading,
+    asked: Asked,
+    storey: int | None,
+) -> tuple[Cause, ...]:
+    """Return why nothing is claimed; none where something is."""
+    from fpnet_core.localizer import MapMatchStatus
+    from fpnet_core.localizer.diagnosis import explain_match
+
+    if result.status is MapMatchStatus.MATCHED:
+        return ()
+    return explain_match(result, matcher, tree, reading, asked, storey)
+
+
+def _report(
+    result: MapMatch, plan: Reading, sub: GridMap, plan_is_stated: bool, sub_is_stated: bool
+) -> dict[str, Any]:
+    from fpnet_core.drawings.plan_files import is_affine
+
+    H = None if result.A_plan_sub is None else _in_pixels(result.A_plan_sub, plan, sub)
+    return {
+        'status': result.status.value,
+        'affine_plan_from_submap_px': H[:2].tolist() if H is not None and is_affine(H) else None,
+        'homography_plan_from_submap_px': None if H is None else H.tolist(),
+        'score': round(result.score, 4),
+        'probability': round(result.probability, 4),
+        'scale': None if result.scale is None else round(result.scale, 4),
+        'plan_metres_per_pixel': plan.scale.resolution_m,
+        'plan_scale_stated': plan_is_stated,
+        'submap_scale_stated': sub_is_stated,
+        'reason': result.reason,
+        'timings_ms': {name: round(ms, 2) for name, ms in result.timings_ms.items()},
+    }
+
+
+def _in_pixels(A_plan_sub: Affine2D, plan: Reading, sub: GridMap) -> NDArray[np.float64]:
+    """Return the homography (3, 3) from pixels of the robot's map to those of the drawing."""
+    from fpnet_core.raster.pixels import pixel_to_xy
+
+    H = np.linalg.inv(plan.H_plan_image) @ A_plan_sub.matrix @ pixel_to_xy(sub).matrix
+    return np.asarray(H / H[2, 2])

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet view``: a run while it goes on, or a recorded one again, on a page of this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib.metadata import entry_points
+from pathlib import Path
+import threading
+import time
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet.cli import common
+from fpnet_core.errors import ConfigError
+from fpnet_core.stamps import NS_PER_S
+
+if TYPE_CHECKING:
+    from fpnet.api.run import Run
+    from fpnet.report.live import LiveRun
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
+
+LIVE_NODES = 'fpnet.live_nodes'
+"""
+Group of entry points: functions of a namespace, or of an empty one, that yield what a running
+localizer shows (:mod:`fpnet_core.io.parcels`) and lines about it.
+"""
+
+_Input = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar='[INPUT]',
+        help='Recording, as of fpnet localize; or the folder that its --out has written.',
+    ),
+]
+_NodesOption = Annotated[bool, typer.Option('--nodes', help='The localizer node that runs now.')]
+_NamespaceOption = Annotated[
+    str, typer.Option('--namespace', metavar='NS', help='Of the node, where several run.')
+]
+_RateOption = Annotated[
+    float,
+    typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as they come.'),
+]
+_EndOption = Annotated[
+    bool, typer.Option('--end', help='End with the run; else the page stays until Ctrl-C.')
+]
+
+
+@common.reads_drawing
+def command(
+    said: common.DrawingOptions,
+    source: _Input = None,
+    nodes: _NodesOption = False,
+    namespace: _NamespaceOption = '',
+    floorplan: common.FloorplanOption = None,
+    rate: _RateOption = 1.0,
+    port: common.PortOption = common.DEFAULT_PORT,
+    end: _EndOption = False,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+) -> None:
+    """
+    Show a run while it goes on, or a recorded one again, in a browser.
+
+    The page has the floorplan, the growing submap, all likely placements, the status with its
+    reason, and everything that a report has. It is on 127.0.0.1, for this machine only, and loads
+    nothing from the network. With --nodes it shows the localizer node that runs now, on this
+    machine or another of the ROS domain.
+
+    Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
+
+    Example: fpnet view out/run --rate 4
+
+    Example: fpnet view --nodes --namespace /robot_1
+    """
+    if nodes is (source is not None):
+        raise ConfigError('give either a recording, the folder of a run, or --nodes')
+    if source is None:
+        _watch_nodes(namespace, port, end)
+        return
+    report = common.check_input(source) / common.REPORT_NAME
+    if report.is_file():
+        _show_again(report, port, rate, end)
+        return
+    if floorplan is None:
+        raise ConfigError(
+            f'{source} holds no {common.REPORT_NAME}; give the folder of a run, or --floorplan '
+            'with a recording'
+        )
+    tree = common.load(config, settings, seed)
+    reading = said.read(floorplan, tree)
+    common.say_reading(reading, None)
+    with _recording_on(source, reading, tree, port) as (run, live):
+        follow(run, live, rate)
+        _stay(end)
+
+
+@contextmanager
+def _recording_on(
+    source: Path, reading: Reading, tree: FpnetConfig, port: int
+) -> Iterator[tuple[Run, LiveRun]]:
+    """Yield a run of a recording, and the page that shows it."""
+    from fpnet.api.run import Run, scans_of
+    from fpnet.report.live import LiveRun
+    from fpnet_core.drawings.scaling import with_scale_of
+
+    scans = scans_of(source, scan_stamp=tree.scans.stamp)
+    run = Run(reading, scans, with_scale_of(reading, tree))
+    with LiveRun(f'{source.name} on {reading.drawing.name}', run.rooms, port) as live:
+        yield run, live
+
+
+def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
+    """Read a run to its end and show each tick; ``rate`` in recorded seconds per second."""
+    from fpnet.report import RunRecord
+
+    typer.echo(f'watch it at {live.url}', err=True)
+    pace = _Pace(rate)
+    for output in run:
+        pace.wait_for(output.stamp_ns / NS_PER_S)
+        known = run.so_far
+        live.show(
+            RunRecord('', '', run.rooms, known.outputs, known.published, odometry=known.odometry)
+        )
+    live.end(f'ended: {run.last.said}')
+
+
+def _watch_nodes(namespace: str, port: int, end: bool) -> None:
+    """Show a running localizer until it has gone."""
+    from fpnet.report.watched import WatchedRun
+
+    viewers = list(entry_points(group=LIVE_NODES))
+    if not viewers:
+        raise ConfigError('no ROS is installed to listen with; name a recording')
+    with WatchedRun(port, partial(typer.echo, err=True)) as watched:
+        for heard in viewers[0].load()(namespace):
+            watched.take(heard)
+        watched.end('the localizer has gone')
+        _stay(end)
+
+
+def _show_again(report: Path, port: int, rate: float, end: bool) -> None:
+    from fpnet.report.live import RecordedRun
+
+    with RecordedRun(report, port) as recorded:
+        typer.echo(f'watch it at {recorded.url}', err=True)
+        pace = _Pace(rate)
+        for time_s in recorded:
+            pace.wait_for(time_s)
+        recorded.end('ended; the slider goes back')
+        _stay(end)
+
+
+def _stay(end: bool) -> None:
+    if not end:
+        typer.echo('the run has ended; its page stays until Ctrl-C', err=True)
+        threading.Event().wait()
+
+
+class _Pace:
+    """Holds up whoever is faster than recorded time at a rate; 0 holds up nobody."""
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._begun: tuple[float, float] | None = None
+
+    def wait_for(self, recorded_s: float) -> None:
+        """Wait until it is time for what was recorded then."""
+        if self._rate <= 0.0:
+            return
+        now = time.monotonic()
+        if self._begun is None:
+            self._begun = (now, recorded_s)
+        due = self._begun[0] + (recorded_s - self._begun[1]) / self._rate
+        time.sleep(max(0.0, due - now))

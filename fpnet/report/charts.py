@@ -1,0 +1,273 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The plotly figures of a run report; the page's script moves them through time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any
+
+from matplotlib.colors import to_hex
+import numpy as np
+from numpy.typing import NDArray
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from fpnet.report.moments import SHOWN_PLACEMENTS, door_lines
+from fpnet.report.pictures import Picture, segmentation_picture
+from fpnet.report.record import (
+    PLACEMENT_SYMBOLS,
+    RunRecord,
+    best_placement_error,
+    published_errors,
+)
+from fpnet.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
+from fpnet.viz.differences import DIFFERENCE_COLOURS
+from fpnet.viz.segmentation import DOOR_COLOUR, label_xy
+from fpnet.viz.strip import STATUS_COLOURS
+from fpnet_core.differences import DifferenceKind, Differences
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Segmentation
+
+HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
+
+_INK = '#222222'
+_DOOR = to_hex(DOOR_COLOUR)
+# Chosen, not measured:
+_ROOM_NAME = {'size': 11, 'color': '#303030'}
+_DOOR_NAME = {'size': 9, 'color': '#8a1010'}
+_ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
+_SHOWN_POSES = 3000  # numerical: of a line
+_STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
+_STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
+_ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
+_LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = 0.98, 1.3, 2.0  # of ticks; the first compiles loops
+_AROUND_M = 1.0  # shown around the rooms at first
+_MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
+
+
+def plan_figure(record: RunRecord) -> go.Figure:
+    """Return the floorplan with its fixed traces and, by name, the empty ones for a moment."""
+    figure = go.Figure()
+    show_regions(figure, record.plan, segmentation_picture(record.plan))
+    add_rooms(figure, record.plan)
+    if record.differences is not None:
+        add_differences(figure, record.differences)
+    if len(record.truth_on_plan):
+        x, y = _path(record.truth_on_plan)
+        line = {'color': TRUTH_COLOUR, 'width': 5}
+        figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
+    for rank in reversed(range(SHOWN_PLACEMENTS)):
+        symbol = PLACEMENT_SYMBOLS[rank]
+        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 3 if not rank else 5}
+        name = 'best placement' if rank == 0 else f'rival {rank}'
+        _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
+    line = {'color': MATCH_COLOUR, 'width': 2}
+    _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line)
+    line = {'color': PLACEMENT_COLOURS[0], 'width': 2}
+    _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
+    _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)
+    equal_axes(figure, record.plan.grid.frame)
+    figure.update_layout(legend={'orientation': 'h', 'y': -0.1})
+    return figure
+
+
+def submap_figure() -> go.Figure:
+    """Return the empty chart of the submap; a moment brings its picture."""
+    figure = go.Figure()
+    _add_moving(figure, 'doors', 'doors', mode='lines', line={'color': _DOOR, 'width': 3})
+    _add_moving(figure, 'path', 'path', mode='lines', line={'color': _INK, 'width': 1.5})
+    _add_moving(figure, 'labels', 'matched floorplan room', mode='text', textfont=_ROOM_NAME)
+    _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)
+    equal_axes(figure, 'submap')
+    figure.update_layout(showlegend=False)
+    return figure
+
+
+def timeline_figure(record: RunRecord) -> go.Figure:
+    """Return probability over bands of status, errors if there is a truth, and timings."""
+    rows = 2 if record.truth is None else 3
+    figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.05)
+    times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
+    # The first shape is the cursor, which the script moves.
+    figure.add_shape(
+        type='line', xref=f'x{rows}', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
+        line={'color': _INK, 'width': 1.5, 'dash': 'dot'},
+    )  # fmt: skip
+    _add_probability(figure, record, times)
+    if record.truth is not None:
+        _add_errors(figure, record, times)
+    _add_timings(figure, record, times, rows)
+    figure.update_xaxes(title_text='time [s]', row=rows, col=1)
+    figure.update_layout(
+        template='plotly_white',
+        barmode='stack',
+        bargap=0.15,
+        margin=_MARGIN,
+        legend={'orientation': 'h', 'y': -0.12},
+        hovermode='x unified',
+    )
+    return figure
+
+
+def add_rooms(
+    figure: go.Figure, segmentation: Segmentation, notes: Mapping[int, str] | None = None
+) -> None:
+    """Name the rooms where they are; what they measure, and a note, show below the pointer."""
+    rooms, said = segmentation.rooms, notes or {}
+    places = [label_xy(room) for room in rooms]
+    figure.add_scatter(
+        x=[x for x, _ in places],
+        y=[y for _, y in places],
+        text=[str(room.id) for room in rooms],
+        mode='text',
+        textfont=_ROOM_NAME,
+        hovertext=[f'room {r.id}, {r.area_m2:.1f} m²<br>{said.get(r.id, "")}' for r in rooms],
+        hoverinfo='text',
+        name='room numbers',
+        showlegend=False,
+    )
+
+
+def add_differences(figure: go.Figure, found: Differences) -> None:
+    """Draw what differs from the drawing, a line each; furniture where somebody asks for it."""
+    for kind, colour in DIFFERENCE_COLOURS.items():
+        pieces = [piece for piece in found.pieces if piece.kind is kind and piece.is_likely]
+        if not pieces:
+            continue
+        ends = np.array([[*piece.ends, (np.nan, np.nan)] for piece in pieces]).reshape(-1, 2)
+        said = [
+            f'{p.kind.value}, {p.length_m:.1f} m, {100.0 * p.confidence:.0f} %' for p in pieces
+        ]
+        figure.add_scatter(
+            x=np.round(ends[:, 0], 2),
+            y=np.round(ends[:, 1], 2),
+            mode='lines',
+            name=kind.value,
+            line={'color': to_hex(colour), 'width': 6},
+            opacity=0.7,
+            hovertext=[text for text in said for _ in range(3)],
+            hoverinfo='text',
+            visible='legendonly' if kind is DifferenceKind.FURNITURE else True,
+        )
+
+
+def show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:
+    """Show a picture of a segmentation with its doors, the rooms filling the chart."""
+    figure.add_layout_image(**picture.as_layout_image())
+    x, y = door_lines(segmentation)
+    line = {'color': _DOOR, 'width': 2}
+    figure.add_scatter(x=x, y=y, mode='lines', line=line, name='doors', hoverinfo='skip')
+    if segmentation.rooms:
+        corners = np.concatenate([room.polygon for room in segmentation.rooms])
+        low, high = corners.min(axis=0) - _AROUND_M, corners.max(axis=0) + _AROUND_M
+        figure.update_xaxes(range=[float(low[0]), float(high[0])])
+        figure.update_yaxes(range=[float(low[1]), float(high[1])])
+
+
+def _add_moving(figure: go.Figure, key: str, name: str, **style: Any) -> None:
+    """Add an empty trace that the script finds by ``meta``."""
+    figure.add_scatter(x=[], y=[], name=name, meta=key, hoverinfo='skip', **style)
+
+
+def equal_axes(figure: go.Figure, frame: str) -> None:
+    """Give both axes one scale and the frame's name."""
+    axis = {'showgrid': False, 'zeroline': False, 'constrain': 'domain'}
+    figure.update_xaxes(title_text=f'x in {frame} [m]', **axis)
+    figure.update_yaxes(title_text=f'y in {frame} [m]', scaleanchor='x', **axis)
+    figure.update_layout(template='plotly_white', margin=_MARGIN, dragmode='pan', meta='map')
+
+
+def thinned(count: int) -> slice:
+    """Return which of so many poses a chart shows: every one, or one in some."""
+    return slice(None, None, max(1, -(-count // _SHOWN_POSES)))
+
+
+def _path(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
+    return np.round(trajectory.xy[thinned(len(trajectory))], 2).T
+
+
+def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+    figure.add_scatter(
+        x=times,
+        y=[round(output.probability, 3) for output in record.outputs],
+        mode='lines+markers',
+        line={'color': _INK, 'width': 1.5},
+        marker={'size': 4},
+        name='probability',
+        meta='ink',
+        row=1,
+        col=1,
+    )
+    # After the line: plotly puts no band on a subplot that is still empty.
+    for status, start, end in _spans(record, times):
+        colour = HEX_OF_STATUS[status]
+        figure.add_vrect(
+            x0=start, x1=end, fillcolor=colour, opacity=0.3, line_width=0, layer='below',
+            row=1, col=1,
+        )  # fmt: skip
+    for status in dict.fromkeys(output.status.value for output in record.outputs):
+        marker = {'color': HEX_OF_STATUS[status], 'symbol': 'square', 'size': 12, 'opacity': 0.5}
+        figure.add_scatter(x=[None], y=[None], mode='markers', marker=marker, name=status)
+    figure.update_yaxes(title_text='probability', range=[0.0, 1.05], row=1, col=1)
+
+
+def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, float, float]]:
+    """Return status, start and end [s] of each stretch of ticks that agree."""
+    spans, index = [], 0
+    for status, ticks in groupby(output.status.value for output in record.outputs):
+        following = index + len(list(ticks))
+        end = times[min(following, len(times) - 1)]
+        spans.append((status, float(times[index]), float(end)))
+        index = following
+    return spans
+
+
+def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+    published = published_errors(record)
+    shown = thinned(len(published.time_s))
+    errors = [best_placement_error(record, output) for output in record.outputs]
+    marker = {'color': '#8c959f', 'symbol': 'x', 'size': 5}
+    figure.add_scatter(
+        x=times, y=errors, mode='markers', marker=marker,
+        name='best placement, claimed or not', row=2, col=1,
+    )  # fmt: skip
+    figure.add_scatter(
+        x=published.time_s[shown],
+        y=np.round(published.position_m[shown], 3),
+        customdata=np.round(published.yaw_deg[shown], 2),
+        hovertemplate='%{y:.2f} m, %{customdata:.1f}°',
+        mode='lines',
+        line={'color': PLACEMENT_COLOURS[0], 'width': 2},
+        name='published poses',
+        row=2,
+        col=1,
+    )
+    figure.update_yaxes(
+        title_text='error [m], log scale', type='log', tickvals=_ERROR_TICKS_M, row=2, col=1
+    )
+
+
+def _add_timings(
+    figure: go.Figure, record: RunRecord, times: NDArray[np.float64], row: int
+) -> None:
+    for stage, colour in zip(_STAGES, _STAGE_COLOURS, strict=True):
+        durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
+        marker = {'color': colour, 'line': {'width': 0}}
+        figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
+    figure.update_yaxes(title_text='tick [ms]', row=row, col=1)
+    totals = [sum(output.timings_ms.get(s, 0.0) for s in _STAGES) for output in record.outputs]
+    if not totals:
+        return
+    most, shown = max(totals), _ROOM_ABOVE * float(np.quantile(totals, _LONG_TICK))
+    if most > _FAR_LONGER * shown > 0.0:
+        at = times[int(np.argmax(totals))]
+        figure.update_yaxes(range=[0.0, shown], row=row, col=1)
+        figure.add_annotation(
+            text=f'the longest, {most:.0f} ms at {at:.0f} s, is cut off', showarrow=False,
+            x=1.0, y=1.0, xanchor='right', yanchor='top',
+            xref=f'x{row} domain', yref=f'y{row} domain',
+        )  # fmt: skip

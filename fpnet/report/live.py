@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A run while it goes on, or again, on a page of this machine: the report's, which grows."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+import gzip
+import json
+from pathlib import Path
+import re
+from typing import Any, Self
+import zlib
+
+import numpy as np
+
+from fpnet.report.charts import timeline_figure
+from fpnet.report.moments import MAX_MOMENTS, changes, chosen_ticks, moment
+from fpnet.report.page import page_text
+from fpnet.report.record import RunRecord
+from fpnet.report.run_page import published, run_data, run_figures
+from fpnet.report.serving import LiveServer
+from fpnet_core.errors import FpnetError
+from fpnet_core.types import Segmentation
+
+_CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)</script>')
+_TIMELINES = (
+    100  # numerical: charts of so many ticks are sent with each of them, longer ones rarer
+)
+
+_SHOWN_MOMENTS = 2 * MAX_MOMENTS
+"""Numerical: of more, every other one is kept, or so: a page may stay open for days."""
+
+
+class LiveRun:
+    """
+    A run on a page that grows with it; use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    title : of the page
+    plan : the floorplan
+    port : on this machine; 0 takes a free one
+
+    Raises
+    ------
+    FpnetError
+        If the port is taken.
+    """
+
+    def __init__(self, title: str, plan: Segmentation, port: int) -> None:
+        self._record, self._said = RunRecord(title, '', plan), ''
+        self._moments: list[dict[str, Any]] = []
+        self._server = LiveServer(_growing(self._record), self._whole, port)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return self._server.url
+
+    def begin(self, title: str, plan: Segmentation) -> None:
+        """Forget the run, and begin another one on another floorplan; open pages follow."""
+        record = RunRecord(title, '', plan)
+
+        def forget() -> None:
+            self._record, self._said, self._moments = record, '', []
+
+        self._server.replace(_growing(record), forget)
+
+    def show(self, record: RunRecord, said: str = '') -> None:
+        """Show a run as far as it went; its last tick is new, ``said`` stands for its words."""
+        record = replace(record, title=self._record.title)
+        count, new = len(record.outputs), np.s_[len(self._record.published) :]
+        if not count:
+            return
+        if record.plan is not self._record.plan:  # another storey, or its scale is known now
+            before = replace(self._record, plan=record.plan)
+            self._server.replace(_growing(before), partial(setattr, self, '_record', before))
+        shown = moment(record, record.outputs[-1])
+        is_drawn = count % max(1, count // _TIMELINES) == 0
+        event = {
+            'kind': 'tick',
+            'moment': shown,
+            'published': published(record, new),
+            'changes': changes(record),
+            'timeline': _timeline(record) if is_drawn else None,
+            'said': said,
+        }
+        self._server.tell(event, partial(self._take, record, shown, said))
+        if len(self._moments) > _SHOWN_MOMENTS:
+            self._thin_out()
+
+    def say(self, said: str) -> None:
+        """Show a line in the place of the status, until the next tick."""
+        self._server.tell({'kind': 'said', 'said': said}, partial(setattr, self, '_said', said))
+
+    def end(self, said: str) -> None:
+        """Say how the run ended; open pages stay as they are."""
+        self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
+
+    def _take(self, record: RunRecord, shown: dict[str, Any], said: str) -> None:
+        self._record, self._said = record, said
+        self._moments.append(shown)
+
+    def _thin_out(self) -> None:
+        kept = chosen_ticks([each['status'] for each in self._moments])
+        self._moments = [self._moments[index] for index in kept]
+        self._server.tell(self._whole(), lambda: None)
+
+    def _whole(self) -> dict[str, Any]:
+        record, moments = self._record, list(self._moments)
+        timeline, data = _timeline(record), run_data(record, moments)
+        return {'kind': 'run', 'data': data, 'timeline': timeline, 'said': self._said}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the page's server."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the page's server."""
+        self._server.close()
+
+
+class RecordedRun:
+    """
+    A run's report again, moment by moment, on a page like that of a live one.
+
+    Parameters
+    ----------
+    report : ``report.html`` of ``fpnet localize --out``
+    port : on this machine; 0 takes a free one
+
+    Raises
+    ------
+    FpnetError
+        If it is no report of a run, or the port is taken.
+    """
+
+    def __init__(self, report: Path, port: int) -> None:
+        content = read_content(report)
+        self._data, self._shown, self._said = content['data'], 0, ''
+        self._timeline = content['figures']['timeline']
+        if 'moments' not in self._data:
+            raise FpnetError(f'{report} is no report of a run; give the folder of one')
+        empty = self._data | {'moments': [], 'changes': []}
+        page = _page(f'{report.parent.name}, recorded', content['figures'], empty)
+        self._server = LiveServer(page, self._whole, port)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return self._server.url
+
+    def __iter__(self) -> Iterator[float]:
+        """Show the moments one after the other, and yield the time [s] of each before it."""
+        for index, each in enumerate(self._data['moments']):
+            yield each['time_s']
+            event = {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
+            self._server.tell(event, partial(setattr, self, '_shown', index + 1))
+
+    def end(self, said: str) -> None:
+        """Say that it is over."""
+        self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
+
+    def _changes(self, until_s: float) -> list[Any]:
+        return [change for change in self._data['changes'] if change['time_s'] <= until_s]
+
+    def _whole(self) -> dict[str, Any]:
+        shown = self._data['moments'][: self._shown]
+        until_s = shown[-1]['time_s'] if shown else -np.inf
+        data = self._data | {'moments': shown, 'changes': self._changes(until_s)}
+        return {'kind': 'run', 'data': data, 'timeline': self._timeline, 'said': self._said}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the page's server."""
+        self._server.close()
+
+
+def read_content(report: Path) -> dict[str, Any]:
+    """
+    Return what a report's page holds: ``figures`` and ``data``.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing, or no report of this version.
+    """
+    try:
+        text = report.read_text(encoding='utf-8')
+    except (OSError, ValueError) as error:
+        raise FpnetError(f'cannot read {report}: {error}; give the folder of a run') from None
+    found = _CONTENT.search(text)
+    try:
+        packed = base64.b64decode(found[1], validate=True) if found else b''
+        content: dict[str, Any] = json.loads(gzip.decompress(packed))
+        content['figures']['timeline'], content['data']
+    except (ValueError, KeyError, TypeError, EOFError, OSError, zlib.error):
+        raise FpnetError(
+            f'{report} is no report of a run by this version; make it again with fpnet localize '
+            '--out'
+        ) from None
+    return content
+
+
+def _timeline(record: RunRecord) -> Any:
+    return json.loads(timeline_figure(record).to_json())
+
+
+def _growing(record: RunRecord) -> str:
+    """Return the page of a run that nothing is known of but its floorplan."""
+    return _page(record.title, run_figures(record), run_data(record, []))
+
+
+def _page(title: str, figures: Mapping[str, Any], data: Mapping[str, Any]) -> str:
+    return page_text(
+        'run.html.j2', figures, {**data, 'live': True}, title=title, summary='waiting for the run',
+        figures_shown=[], causes=(), ticks=0,
+    )  # fmt: skip

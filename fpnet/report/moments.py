@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The ticks of a run as plain values for the page: what its slider moves through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet.report.pictures import segmentation_picture
+from fpnet.report.record import RunRecord, best_placement_error
+from fpnet.viz.segmentation import label_xy, partner_colours
+from fpnet_core.geometry.distinct import evenly_drawn
+from fpnet_core.localizer.kept import is_brief
+from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
+
+MAX_MOMENTS = 90
+"""
+Numerical: more ticks than this are thinned out: the file must stay small enough to be mailed.
+"""
+
+# Chosen, not measured:
+SHOWN_PLACEMENTS = 3  # at a moment; where none is claimed, in the film
+_SUBMAP_PX = 380
+_WALL_SAMPLES = 700  # numerical
+_PATH_SAMPLES = 400  # numerical
+
+
+def moments(record: RunRecord) -> list[dict[str, Any]]:
+    """Return the ticks to step through, time order; empty for a run without ticks."""
+    return [moment(record, record.outputs[index]) for index in shown_ticks(record.outputs)]
+
+
+def changes(record: RunRecord) -> list[dict[str, Any]]:
+    """Return all ticks whose status is another than before, and why; the first among them."""
+    found: list[dict[str, Any]] = []
+    for output in record.outputs:
+        if not found or found[-1]['status'] != output.status.value:
+            found.append(_said(record, output))
+    return found
+
+
+def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
+    return {
+        'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
+        'status': output.status.value,
+        'reason': output.reason,
+        'probability': round(output.probability, 3),
+    }
+
+
+def shown_ticks(outputs: Sequence[LocalizerOutput]) -> list[int]:
+    """Return indices of the ticks to step through: of those that have their maps still."""
+    whole = [index for index, output in enumerate(outputs) if not is_brief(output)]
+    return [whole[k] for k in chosen_ticks([outputs[index].status.value for index in whole])]
+
+
+def chosen_ticks(statuses: Sequence[str]) -> list[int]:
+    """Return indices of evenly spaced ticks; those where the status changes come first."""
+    if len(statuses) <= MAX_MOMENTS:
+        return list(range(len(statuses)))
+    changes = [k for k in range(1, len(statuses)) if statuses[k] != statuses[k - 1]]
+    kept = set(changes[: MAX_MOMENTS // 2])
+    even = np.linspace(0, len(statuses) - 1, MAX_MOMENTS - len(kept)).astype(int)
+    return sorted(kept | set(even.tolist()))
+
+
+def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
+    """Return a tick as plain values: what the page shows of it."""
+    error_m, heading = best_placement_error(record, output), record.heading(output)
+    values: dict[str, Any] = _said(record, output) | {
+        'heading': None if heading is None else round(heading, 3),
+        'error_m': None if error_m is None else round(error_m, 2),
+        'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},
+        'picture': None,
+        'rooms': 0,
+        'doors': 0,
+        'explored_m2': 0.0,
+        'walls': [[], []],
+        'path': [[], []],
+        'labels': [],
+        'door_lines': [[], []],
+        'matches': [],
+        'placements': _placements(output),
+    }
+    if output.submap is not None:
+        path = output.submap.path_xy
+        values['explored_m2'] = round(output.submap.free_area_m2, 1)
+        values['path'] = _columns(evenly_drawn(path, _PATH_SAMPLES))
+        grid = output.submap.grid
+        walls = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
+        values['walls'] = _columns(evenly_drawn(walls, _WALL_SAMPLES))
+    if output.segmentation is not None:
+        values |= _regions(record.plan, output.segmentation, output)
+    return values
+
+
+def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
+    """Return the best placements: the affine map as rows of (2, 3), and what it is worth."""
+    is_claimed, sigma_m = output.status is Status.LOCALIZED, None
+    if output.spread is not None:
+        sigma_m = round(float(np.sqrt(np.trace(output.spread.cov[:2, :2]))), 3)
+    return [
+        {
+            'A_plan_submap': np.round(e.A_plan_submap.matrix[:2], 5).tolist(),
+            'score': round(e.score, 3),
+            'sigma_m': sigma_m if is_claimed and rank == 0 else None,
+            'is_claimed': is_claimed and rank == 0,
+        }
+        for rank, e in enumerate(output.estimates.take(np.s_[:SHOWN_PLACEMENTS]))
+    ]
+
+
+def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> dict[str, Any]:
+    partners = {} if output.match is None else _partners(output)
+    doors = {door.id for door in sub.doors}
+    picture = segmentation_picture(sub, _SUBMAP_PX, partner_colours(sub, output.match))
+    return {
+        'picture': picture.as_layout_image(),
+        'rooms': len(sub.rooms),
+        'doors': len(sub.doors),
+        'labels': [
+            [*np.round(label_xy(room), 2).tolist(), f'{room.id}→{partners[room.id][0]}']
+            for room in sub.rooms
+            if room.id in partners
+        ],
+        'door_lines': door_lines(sub),
+        'matches': [
+            {
+                'plan_id': plan_id,
+                'sub_id': sub_id,
+                'label': sub.regions[sub_id].label.value,
+                'is_door': sub_id in doors,
+                'score': round(score, 3),
+                'plan_xy': np.round(plan.regions[plan_id].centroid, 2).tolist(),
+                'sub_xy': np.round(sub.regions[sub_id].centroid, 2).tolist(),
+            }
+            for sub_id, (plan_id, score) in partners.items()
+        ],
+    }
+
+
+def _partners(output: LocalizerOutput) -> dict[int, tuple[int, float]]:
+    """Plan region and score by submap region."""
+    assert output.match is not None  # the caller has looked
+    pairs = zip(output.match.pairs.tolist(), output.match.scores.tolist(), strict=True)
+    return {sub_id: (plan_id, score) for (plan_id, sub_id), score in pairs}
+
+
+def door_lines(segmentation: Segmentation) -> list[list[float | None]]:
+    """Return all door lines as x and y columns of one broken line."""
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for portal in segmentation.portals:
+        (x0, y0), (x1, y1) = np.round(portal.ends, 2).tolist()
+        x += [x0, x1, None]
+        y += [y0, y1, None]
+    return [x, y]
+
+
+def _columns(xy: NDArray[np.float64]) -> list[list[float]]:
+    columns: list[list[float]] = np.round(xy, 2).T.reshape(2, -1).tolist()
+    return columns

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a run report is made from, and the errors that can be told from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet.accuracy import pose_errors
+from fpnet_core.differences import Differences
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Cause, LocalizerOutput, Segmentation
+
+_STEP_M = 0.2  # chosen: a shorter step says little of the direction
+
+PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
+"""Of placements' walls in plotly's words, as signs in a text: colours alone do not tell them."""
+
+PLACEMENT_SIGNS = ('●', '✕', '△')
+
+
+@dataclass(frozen=True, eq=False)
+class RunRecord:
+    """
+    A run on one floorplan.
+
+    ``outputs`` are all ticks in time order, ``published`` every pose given out, plan frame,
+    nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
+    truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
+    shown in their order, by name; ``causes`` are likely ones of having no answer, best first.
+    ``odometry`` is the sensor's path in ``odom``, which knows its heading; ``differences``
+    is where the plan and what was seen differ, None where nobody knows.
+    """
+
+    title: str
+    summary: str
+    plan: Segmentation
+    outputs: tuple[LocalizerOutput, ...] = ()
+    published: PlanarTrajectory = field(default_factory=PlanarTrajectory.empty)
+    truth: PlanarTrajectory | None = None
+    A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    causes: tuple[Cause, ...] = ()
+    odometry: PlanarTrajectory = field(default_factory=PlanarTrajectory.empty)
+    differences: Differences | None = None
+
+    @property
+    def start_ns(self) -> int:
+        """Time that the report counts from: the first thing known of the run, 0 for none."""
+        stamps = [trajectory.stamps_ns[:1] for trajectory in (self.published, self.truth_on_plan)]
+        stamps.append(np.array([output.stamp_ns for output in self.outputs[:1]]))
+        known = np.concatenate(stamps)
+        return int(known.min()) if len(known) else 0
+
+    @property
+    def truth_on_plan(self) -> PlanarTrajectory:
+        """True poses in the plan frame; none where there is no truth."""
+        if self.truth is None:
+            return PlanarTrajectory.empty()
+        return self.truth.mapped(self.A_plan_truth)
+
+    def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Seconds of stamps ``(S,)`` since the start."""
+        return (np.asarray(stamps_ns, dtype=np.int64) - self.start_ns) / NS_PER_S
+
+    def heading(self, output: LocalizerOutput) -> float | None:
+        """
+        Return which way the robot looks in the frame ``submap`` [rad]; None if unknown.
+
+        Of a run without odometry it is the way that the robot went last.
+        """
+        submap = output.submap
+        if submap is None:
+            return None
+        if len(self.odometry) > 1:
+            nearest, known = self.odometry.at(np.array([submap.stamp_ns]))
+            if known[0]:
+                return float(nearest.yaw[0]) - submap.T_odom_submap.yaw
+        return _last_direction(submap.path_xy)
+
+
+def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, ...]:
+    """
+    Return the ticks of a run as they are shown on the floorplan that it ended on.
+
+    Those about another storey keep what they say, and lose placements and matches: these are of
+    another drawing.
+    """
+    return tuple(
+        output
+        if output.storey == outputs[-1].storey
+        else replace(output, estimates=Placements.empty(), match=None)
+        for output in outputs
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class TimedErrors:
+    """``time_s (K,)`` since the start, ``position_m (K,)``, ``yaw_deg (K,)``, true metres."""
+
+    time_s: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+    yaw_deg: NDArray[np.float64]
+
+
+def _last_direction(path_xy: NDArray[np.float64]) -> float | None:
+    """Return the direction [rad] of the last steps of a path, None for one that is too short."""
+    if not len(path_xy):
+        return None
+    back = path_xy[-1] - path_xy
+    far = np.flatnonzero(np.linalg.norm(back, axis=1) > _STEP_M)
+    return float(np.arctan2(*back[far[-1], ::-1])) if len(far) else None
+
+
+def published_errors(record: RunRecord) -> TimedErrors:
+    """Return the errors of the published poses that have a truth near in time."""
+    if record.truth is None or len(record.truth) < 2 or not len(record.published):
+        return TimedErrors(np.zeros(0), np.zeros(0), np.zeros(0))
+    metric = record.published.mapped(record.A_plan_truth.inv())
+    position, yaw = pose_errors(metric, record.truth)
+    _, known = record.truth.at(metric.stamps_ns)
+    return TimedErrors(record.seconds(metric.stamps_ns[known]), position, np.rad2deg(yaw))
+
+
+def best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
+    """
+    Error [m] of the robot's position as a tick's best placement has it, claimed or not.
+
+    None for a tick without a placement, and without a truth near in time.
+    """
+    submap, truth = output.submap, record.truth
+    if truth is None or len(truth) < 2 or submap is None or not output.estimates:
+        return None
+    if not len(submap.path_xy):
+        return None
+    nearest, known = truth.at(np.array([submap.stamp_ns]))
+    if not known[0]:
+        return None
+    placed = output.estimates[0].A_plan_submap.apply(submap.path_xy[-1])
+    return float(np.linalg.norm(record.A_plan_truth.inv().apply(placed) - nearest.xy[0]))

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A localization run in one picture: floorplan, submap, matches, true and estimated path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
+from fpnet.viz.match import shared_colours
+from fpnet.viz.pictures import DPI, saved_figure
+from fpnet.viz.segmentation import (
+    Colour,
+    draw_grid,
+    draw_segmentation,
+    partner_colours,
+)
+from fpnet_core.geometry import Affine2D
+from fpnet_core.matches import MatchResult
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import LocalizerOutput, Segmentation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Chosen, not measured:
+_SIZE_INCHES = (16.0, 8.5)
+_GAP_NS = 2_000_000_000  # poses further apart than this are not joined by a line
+
+
+def plot_run(
+    path: Path,
+    plan: Segmentation,
+    output: LocalizerOutput,
+    published: PlanarTrajectory,
+    truth: PlanarTrajectory | None = None,
+    title: str = '',
+) -> None:
+    """
+    Write the picture of a run.
+
+    Parameters
+    ----------
+    path : image file; its folder is created
+    plan : the segmented floorplan
+    output : a tick, usually the last; without a segmentation only the floorplan is drawn
+    published : poses given out, frame ``plan``
+    truth : true poses, mapped to ``plan``
+    title : shown above
+    """
+    with saved_figure(path, _SIZE_INCHES, DPI) as figure:
+        draw_run(figure, plan, output, published, truth)
+        figure.suptitle(title)
+
+
+def draw_run(
+    figure: Figure,
+    plan: Segmentation,
+    output: LocalizerOutput,
+    published: PlanarTrajectory,
+    truth: PlanarTrajectory | None = None,
+) -> None:
+    """Draw floorplan, paths and submap; parameters as of :func:`plot_run`."""
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    draw_grid(left, plan.grid)
+    draw_segmentation(left, plan)
+    _draw_paths(left, published, truth)
+    if output.segmentation is not None:
+        colours = _submap_colours(plan, output.segmentation, output)
+        draw_grid(right, output.segmentation.grid)
+        draw_segmentation(right, output.segmentation, colours)
+        if output.match is not None:
+            draw_matches(left, right, plan, output.segmentation, output.match)
+    left.legend(loc='best')
+    left.set_title('floorplan')
+    right.set_title(f'submap: {output.status.value}, p {output.probability:.2f}')
+
+
+def draw_matches(
+    plan_axes: Axes,
+    sub_axes: Axes,
+    plan: Segmentation,
+    sub: Segmentation,
+    match: MatchResult,
+) -> None:
+    """Join the centroids of matched regions across two Axes; opacity shows the score."""
+    from matplotlib.patches import ConnectionPatch
+
+    for (plan_id, sub_id), score in zip(match.pairs.tolist(), match.scores.tolist(), strict=True):
+        line = ConnectionPatch(
+            xyA=tuple(plan.regions[plan_id].centroid),
+            coordsA=plan_axes.transData,
+            xyB=tuple(sub.regions[sub_id].centroid),
+            coordsB=sub_axes.transData,
+            color=MATCH_COLOUR,
+            alpha=float(np.clip(score, 0.2, 1.0)),
+            linewidth=1.2,
+        )
+        plan_axes.figure.add_artist(line)
+
+
+def _submap_colours(
+    plan: Segmentation, sub: Segmentation, output: LocalizerOutput
+) -> Mapping[int, Colour]:
+    """Colour submap regions like the plan's: by the placement if there is one, else by match."""
+    if output.A_plan_odom is not None and output.submap is not None:
+        A_plan_submap: Affine2D = output.A_plan_odom @ output.submap.T_odom_submap
+        return shared_colours(plan, sub, A_plan_submap)
+    return partner_colours(sub, output.match)
+
+
+def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory | None) -> None:
+    if truth is not None:
+        ax.plot(*truth.xy.T, color=TRUTH_COLOUR, linewidth=3.0, alpha=0.6, label='true path')
+        ax.plot(*truth.xy[0], marker='o', color=TRUTH_COLOUR, label='start')
+    x, y = _broken_at_gaps(published).T
+    ax.plot(x, y, color=PLACEMENT_COLOURS[0], linewidth=1.2, label='published poses')
+
+
+def _broken_at_gaps(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
+    """Return the positions with NaN rows where nothing was published for a while."""
+    gaps = np.flatnonzero(np.diff(trajectory.stamps_ns) > _GAP_NS) + 1
+    return np.insert(trajectory.xy, gaps, np.nan, axis=0)

@@ -1,7 +1,0 @@
-# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
-# SPDX-License-Identifier: Apache-2.0
-"""Run the command line as ``python -m fpnet_core.cli``."""
-
-from fpnet_core.cli import main
-
-main()

@@ -1,7 +1,0 @@
-# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
-# SPDX-License-Identifier: Apache-2.0
-"""Whether a floorplan will serve, before a robot moves: reading, scale, look-alikes, advice."""
-
-from fpnet_core.plan_check.check import DriveTour, PlanCheck, TourResult, check_plan
-
-__all__ = ['DriveTour', 'PlanCheck', 'TourResult', 'check_plan']
