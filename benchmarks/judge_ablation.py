@@ -7,7 +7,7 @@ Run: python benchmarks/judge_ablation.py --data ../shared/data --trials runs/jud
      [--cases 200] [--json OUT]; then fpnet bench figures judge_ablation=OUT
 
 Robot maps of the report half, cut to each band, meet their own plan and two others'. Judges are
-fitted to the trials that ``fpnet train-judge`` has gathered (tune half): with the figures of each
+fitted to the trials that ``fpnet train judge`` has gathered (tune half): with the figures of each
 placement alone, with its rivals where they disagree, and with the deformation of the drawing too.
 """
 

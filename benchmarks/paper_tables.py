@@ -120,8 +120,9 @@ def train(
 ) -> None:
     """Train one network to its last epoch."""
     options = [f'--set={key}={value}' for key, value in changes.items()]
-    run('train', '--preset', preset, '--data', arguments.pairs, '--out', arguments.out / out,
-        '--epochs', epochs, '--device', arguments.device, '--set=patience=99', *options
+    run('train', 'matcher', '--preset', preset, '--data', arguments.pairs,
+        '--out', arguments.out / out, '--epochs', epochs, '--device', arguments.device,
+        '--set=patience=99', *options
     )  # fmt: skip
 
 

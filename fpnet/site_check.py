@@ -90,7 +90,7 @@ class SiteCheck:
         doors = f', {len(storey.doors)} named doors' if storey.doors else ''
         return (
             f'storey {name}: {storey.plan.drawing.name}, level {storey.level}{at}, '
-            f'{self.rooms[name]} rooms, {self.areas_m2[name]:.0f} m2{doors}'
+            f'{self.rooms[name]} rooms, {self.areas_m2[name]:.0f} m²{doors}'
         )
 
     def as_json(self) -> dict[str, Any]:

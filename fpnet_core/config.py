@@ -135,7 +135,7 @@ class LocalizerConfig(Section):
         0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
     )
     # Fitted: on buildings that were left out, claims from 0.95 on were wrong in 0.3 % of the cases
-    # and fell for 0.15 % of the other plans (fpnet train-judge, docs/localizer.md).
+    # and fell for 0.15 % of the other plans (fpnet train judge, docs/localizer.md).
     match_probability: float = Field(
         0.95, gt=0.5, lt=1.0, description='The same to call two whole maps matched, in one look.'
     )

@@ -63,7 +63,7 @@ class Units:
     COUNT, NUMBER = Unit(), Unit(digits=2)
     SHARE, FINE_SHARE = Unit(' %', factor=100.0), Unit(' %', 1, 100.0)
     METRES, PATH, DEGREES = Unit(' m', 2), Unit(' m', 1), Unit(' deg', 1)
-    AREA = Unit(' m2')
+    AREA = Unit(' m²')
     SECONDS, MS = Unit(' s', 1), Unit(' ms')
 
 

@@ -3,10 +3,10 @@
 """
 Put a trained checkpoint into the package, with its figures and the commands that made it.
 
-Usage, after ``fpnet train --out RUN`` and
+Usage, after ``fpnet train matcher --out RUN`` and
 ``fpnet bench matching --weights RUN/matcher.safetensors --json REPORT``::
 
-    python tools/package_weights.py RUN REPORT --command 'fpnet train ...' [--name paper]
+    python tools/package_weights.py RUN REPORT --command 'fpnet train matcher ...' [--name paper]
 """
 
 import argparse

@@ -57,7 +57,7 @@ class Rooms(Segmentation):
     def __repr__(self) -> str:
         """Say what was found in a line."""
         area_m2 = sum(room.area_m2 for room in self.rooms)
-        said = f'{len(self.rooms)} rooms, {area_m2:.0f} m2, {len(self.doors)} doors'
+        said = f'{len(self.rooms)} rooms, {area_m2:.0f} m², {len(self.doors)} doors'
         return f'<Rooms: {said if self.rooms else self.reason}>'
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -82,7 +82,7 @@ class RobotMap:
 
     def __repr__(self) -> str:
         """Say how much it is in a line."""
-        metres = 'm2' if self.is_metric else 'm2 at a nominal scale'
+        metres = 'm²' if self.is_metric else 'm² at a nominal scale'
         return f'<RobotMap: {self.submap.free_area_m2:.0f} {metres} of free space>'
 
     def plot(self, ax: Axes | None = None) -> Axes:

@@ -57,6 +57,7 @@ INTERRUPTED = 130
 
 _SOON_S = 0.05  # numerical
 
+VERBOSE = ('--verbose', '-v')
 ENTRY_POINTS = 'fpnet.commands'
 """Group of entry points, each a mapping of names to :class:`Subcommand`."""
 
@@ -148,11 +149,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     Run ``fpnet``; the console entry point.
 
-    Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
+    Always raises SystemExit: 0 success, 1 bad input or a no, 2 wrong usage, 3 cannot say where,
+    130 Ctrl-C.
     """
     # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    arguments = _verbose_first(sys.argv[1:] if arguments is None else arguments)
     with _noted_interrupts() as interrupts:
         try:
             _run(arguments)
@@ -232,6 +234,13 @@ def _subcommand(words: Sequence[str]) -> str | None:
     return next((word for word in words if not word.startswith('-')), None)
 
 
+def _verbose_first(words: Sequence[str]) -> list[str]:
+    """Return the words with the flag that means the same everywhere before the subcommand."""
+    end = words.index('--') if '--' in words else len(words)
+    flags = [word for word in words[:end] if word in VERBOSE]
+    return [*flags, *(word for word in words[:end] if word not in VERBOSE), *words[end:]]
+
+
 def _words_to_complete() -> list[str]:
     """Return what has been typed so far, where a shell asks for completions; else nothing."""
     if '_FPNET_COMPLETE' not in os.environ:
@@ -270,7 +279,9 @@ def _show_version(wanted: bool) -> None:
 
 
 def _options(
-    verbose: bool = typer.Option(False, '--verbose', '-v', help='Log details to stderr.'),
+    verbose: bool = typer.Option(
+        False, *VERBOSE, help='Log details to stderr; may stand after the subcommand, too.'
+    ),
     version: bool = typer.Option(
         False, '--version', callback=_show_version, is_eager=True, help='Print the version.'
     ),

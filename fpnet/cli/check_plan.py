@@ -103,7 +103,7 @@ def _lines(check: PlanCheck) -> Iterator[str]:
     rooms = segmentation.rooms
     area_m2 = sum(room.area_m2 for room in rooms)
     yield (
-        f'{len(rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors at '
+        f'{len(rooms)} rooms, {area_m2:.0f} m², {len(segmentation.doors)} doors at '
         f'{said_of_scale(check.drawn)}'
     )
     if not check.verdict.is_read:

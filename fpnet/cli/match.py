@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import typer
 
 from fpnet.cli import common
+from fpnet.cli.exits import NO_ANSWER
 from fpnet.cli.plans import read_plans
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def command(
     The affine (the homography, where a perspective was undone) maps submap pixels (x right, y
     down, integer at the pixel's centre) to the drawing's own pixels; a cloud's pixels are those
     of its raster, row 0 at the top. The scale in the JSON is in plan metres per metre of the
-    submap, where a robot map without a scale counts 0.05 m per pixel.
+    submap, where a robot map without a scale counts 0.05 m per pixel. Without a claim it exits 3.
 
     Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
 
@@ -85,9 +86,15 @@ def command(
     common.say_causes(causes, json_path)
     common.write_json(json_path, report)
     if plot is not None:
-        from fpnet.viz.match import save_map_match
+        _draw(result, plot)
+    if report['status'] != 'matched':
+        raise typer.Exit(NO_ANSWER)
 
-        save_map_match(result, plot)
+
+def _draw(result: MapMatch, path: Path) -> None:
+    from fpnet.viz.match import save_map_match
+
+    save_map_match(result, path)
 
 
 @dataclass(frozen=True, eq=False)

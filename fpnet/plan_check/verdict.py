@@ -29,7 +29,7 @@ from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import UNKNOWN, Region, Segmentation
 
 _ROOM_M2 = (4.0, 200.0)
-"""Physical: the middle room of real buildings has 10 to 60 m2."""
+"""Physical: the middle room of real buildings has 10 to 60 m²."""
 _DOOR_M = (0.5, 2.5)
 """Physical: the middle door of real buildings is 0.8 to 1.2 m wide, openings counted."""
 _GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: of the floor in one of at least so many rooms
@@ -233,7 +233,7 @@ def _implausible(
     if len(rooms) >= _FEW_ROOMS and share > _GIANT_SHARE and not is_hall:
         yield f'room {largest.id} holds {100.0 * share:.0f} % of the floor', (largest,)
     if len(rooms) == 1 and areas[0] > _GIANT_M2 and not is_hall:
-        yield f'it is one room of {areas[0]:.0f} m2', (largest,)
+        yield f'it is one room of {areas[0]:.0f} m²', (largest,)
     if len(rooms) > 1 and not doored:
         yield f'it has {len(rooms)} rooms and no door', ()
     unknown = _unknown_share(segmentation)
@@ -254,7 +254,7 @@ def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
     """Say which areas and widths are those of no building, at the scale that was taken."""
     area = float(np.median([room.area_m2 for room in segmentation.rooms]))
     if len(segmentation.rooms) >= _FEW_ROOMS and not _ROOM_M2[0] <= area <= _ROOM_M2[1]:
-        yield f'its middle room has {area:.3g} m2: no building at this scale'
+        yield f'its middle room has {area:.3g} m²: no building at this scale'
     widths = [portal.width_m for portal in segmentation.portals]
     width = float(np.median(widths)) if widths else math.nan
     if widths and not _DOOR_M[0] <= width <= _DOOR_M[1]:

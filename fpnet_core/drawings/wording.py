@@ -15,7 +15,7 @@ def said_of(reading: Reading) -> list[str]:
     area_m2 = sum(room.area_m2 for room in segmentation.rooms)
     return [
         f'{reading.drawing.name}: {reading.how}',
-        f'{len(segmentation.rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors',
+        f'{len(segmentation.rooms)} rooms, {area_m2:.0f} m², {len(segmentation.doors)} doors',
         said_of_scale(reading.scale),
         *reading.notes,
         *([NOT_READ] if is_unread(reading) else []),

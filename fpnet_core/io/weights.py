@@ -35,7 +35,7 @@ _FILTERS = ({'id': lzma.FILTER_LZMA2, 'preset': 9, 'lc': 0, 'lp': 2, 'pb': 2},)
 
 PACKAGED_NAME = 'matcher.safetensors'
 
-_REMEDY = 'reinstall fpnet_ros or train again with fpnet train'
+_REMEDY = 'reinstall fpnet_ros or train again with fpnet train matcher'
 
 
 @dataclass(frozen=True, eq=False)

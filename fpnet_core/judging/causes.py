@@ -181,21 +181,21 @@ def _too_little(found: Findings, asked: Asked) -> _Weighed:
     if found.driven_m < _STANDS_M:
         evidence = (
             f'the robot stood still ({found.driven_m:.1f} m driven): {metres(found.walls_m)} of '
-            f'wall and {round(found.seen_m2)} m2 from one place'
+            f'wall and {round(found.seen_m2)} m² from one place'
         )
         yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
         return
     if found.seen_m2 < found.needed_m2:
         evidence = (
-            f'{math.floor(found.seen_m2)} m2 of floor, and a first look takes '
-            f'{math.ceil(found.needed_m2)} m2'
+            f'{math.floor(found.seen_m2)} m² of floor, and a first look takes '
+            f'{math.ceil(found.needed_m2)} m²'
         )
         yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
         return
     if found.has_seen_much:
         return
-    of = f' of the {round(found.plan_m2)} m2 on the plan' if found.plan_m2 else ''
-    evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m2{of}'
+    of = f' of the {round(found.plan_m2)} m² on the plan' if found.plan_m2 else ''
+    evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m²{of}'
     weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < FEW_WALLS_M else 0.5
     yield weight, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
 

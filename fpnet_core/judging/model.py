@@ -111,7 +111,7 @@ def read_judge(path: Path | None = None) -> JudgeModel:
 def model_of(weights: Weights) -> JudgeModel:
     """Return the model that a checkpoint holds."""
     names = {'figures': FIGURES, 'context': CONTEXT}
-    network = network_of(weights, 'judge', names, 'train-judge')
+    network = network_of(weights, 'judge', names, 'train judge')
     expected = shapes(network['members'], network['width'])
     check_shapes('judge weights', weights.tensors, expected)
     return JudgeModel(weights.tensors)

@@ -117,7 +117,7 @@ def reason_of(verdict: Verdict, look: Circumstances) -> str:
 
 def waiting(seen_m2: float, needed_m2: float) -> str:
     """Say how much of the floor that a look takes has been seen."""
-    return f'only {math.floor(seen_m2)} of {math.ceil(needed_m2)} m2 of floor seen so far'
+    return f'only {math.floor(seen_m2)} of {math.ceil(needed_m2)} m² of floor seen so far'
 
 
 def anew(why: str) -> str:

@@ -38,6 +38,6 @@ def evidence_model(weights: Weights) -> EvidenceModel | None:
         found = sorted(entry) if isinstance(entry, dict) else entry
         raise WeightsError(
             f'weights manifest: evidence: expected {sorted(expected)}, got {found}; '
-            'calibrate again with fpnet train'
+            'calibrate again with fpnet train matcher'
         )
     return EvidenceModel(np.array([float(entry[name]) for name in EVIDENCE]), float(entry[_NONE]))

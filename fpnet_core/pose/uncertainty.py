@@ -8,7 +8,7 @@ what its drawing is off by. What tells is how far the drawing must bend to expla
 submap, how far walls lie off drawn ones, whether odometry stumbles, and which way the walls around
 the robot face: a bare corridor says nothing of the position along it. Odometry adds its own from
 tick to tick. How much each weighs was fitted to drives whose truth is known, by ``fpnet
-train-covariance``.
+train covariance``.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ class UncertaintyModel:
         if stored['figures'] != list(FIGURES):
             raise WeightsError(
                 f'{WEIGHTS_NAME} was fitted to {stored["figures"]}, expected {list(FIGURES)}; '
-                'fit again with fpnet train-covariance'
+                'fit again with fpnet train covariance'
             )
         arrays = {name: np.array(stored[name]) for name in ('mean', 'std', 'position', 'yaw')}
         growth = Growth(**stored['growth'])

@@ -78,7 +78,7 @@ def packaged_door_model() -> DoorModel:
 
 def model_of(weights: Weights) -> DoorModel:
     """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
-    network = network_of(weights, 'doors', {'figures': FIGURES}, 'train-doors')
+    network = network_of(weights, 'doors', {'figures': FIGURES}, 'train doors')
     members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
     check_shapes(DOOR_NAME, weights.tensors, shapes(members, width))
     return DoorModel(weights.tensors)

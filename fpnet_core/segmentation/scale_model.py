@@ -162,7 +162,7 @@ def packaged_scale_model() -> ScaleModel:
 
 def model_of(weights: Weights) -> ScaleModel:
     """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
-    network = network_of(weights, 'scale', {'figures': FIGURES}, 'train-scale')
+    network = network_of(weights, 'scale', {'figures': FIGURES}, 'train scale')
     members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
     check_shapes(SCALE_NAME, weights.tensors, shapes(members, width))
     return ScaleModel(weights.tensors)

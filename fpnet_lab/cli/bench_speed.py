@@ -56,7 +56,7 @@ def command(
     Time plans, robot maps, a drive, the matcher, the judge and the shell; medians of five.
 
     Each figure stands beside its aim, which is stated for two cores with nothing else to do.
-    Real plans and robot maps are left out where --data is absent. Storeys of 300 to 50,000 m2,
+    Real plans and robot maps are left out where --data is absent. Storeys of 300 to 50,000 m²,
     which take some minutes, are timed where --only growth asks for them.
 
     Example: fpnet bench speed --json out/speed.json

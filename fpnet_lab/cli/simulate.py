@@ -91,5 +91,5 @@ def plan(
     width, height = storey.extent[1] - storey.extent[0]
     typer.echo(
         f'{storey.family}: {len(storey.rooms)} rooms, {len(storey.doors)} doors, '
-        f'{width:.0f} x {height:.0f} m, {storey.floor_area_m2:.0f} m2 of floor'
+        f'{width:.0f} x {height:.0f} m, {storey.floor_area_m2:.0f} m² of floor'
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-covariance``: fit how far a published pose may be off."""
+"""``fpnet train covariance``: fit how far a published pose may be off."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def command(
     Prints what the covariances hold on buildings that were left out, and on those of the next
     seed, and writes covariance.json. Called again, it goes on where it was.
 
-    Example: fpnet train-covariance --out runs/covariance
+    Example: fpnet train covariance --out runs/covariance
     """
     tree = common.load(config)
     from fpnet_lab.training.covariance import (

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-doors``: fit what tells doors from lines inside of rooms."""
+"""``fpnet train doors``: fit what tells doors from lines inside of rooms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def command(
     Prints what it finds on buildings that were left out, and writes doors.safetensors with its
     manifest. Called again, it goes on where it was.
 
-    Example: fpnet train-doors --data ../shared/data --out runs/doors
+    Example: fpnet train doors --data ../shared/data --out runs/doors
     """
     common.check_input(data)
     from fpnet_lab.training import use_threads

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-doubts``: fit what tells a drawing that was read wrongly."""
+"""``fpnet train doubts``: fit what tells a drawing that was read wrongly."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def command(
     whatever changes how drawings are read, into a new folder. Called again, it goes on where it
     was.
 
-    Example: fpnet train-doubts --out runs/doubts
+    Example: fpnet train doubts --out runs/doubts
     """
     tree = common.load(config)
     from fpnet_lab.training import use_threads

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-evidence``: fit what judges the placements that the matcher finds."""
+"""``fpnet train evidence``: fit what judges the placements that the matcher finds."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def command(
     Writes matcher.safetensors, the same network with the new model in its manifest. fpnet train
     fits one to the pairs that it holds back; this does so again, on pairs of several kinds.
 
-    Example: fpnet train-evidence --data runs/tours --data runs/clips --out runs/evidence
+    Example: fpnet train evidence --data runs/tours --data runs/clips --out runs/evidence
     """
     folders = [common.check_input(folder) for folder in data]
     from fpnet_lab.sim.pairs.dataset import PairDataset

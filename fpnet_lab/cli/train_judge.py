@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-judge``: fit the judge of placements."""
+"""``fpnet train judge``: fit the judge of placements."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def command(
     Writes judge.safetensors with its manifest; use it with --set
     localizer.judge_weights=OUT/judge.safetensors. Called again, it goes on where it was.
 
-    Example: fpnet train-judge --data ../shared/data --out runs/judge
+    Example: fpnet train judge --data ../shared/data --out runs/judge
     """
     tree = common.load(config)
     common.check_input(data)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-parser``: train the network that parses pictures of floorplans."""
+"""``fpnet train parser``: train the network that parses pictures of floorplans."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def command(
     Writes parser.onnx.xz and parser.json. Called again, it goes on where it was; a changed
     number of steps changes how the learning rate falls.
 
-    Example: fpnet train-parser --data ../shared/data --out runs/parser
+    Example: fpnet train parser --data ../shared/data --out runs/parser
 
-    Example: fpnet train-parser --out runs/parser --device cuda --workers 15 --minutes 9
+    Example: fpnet train parser --out runs/parser --device cuda --workers 15 --minutes 9
     --steps 100000 --batch 24 --side 832
     """
     from fpnet_lab.training.parser import ParserTrainer, ParserTraining

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train-scale``: fit what tells the scale of a drawing or a map."""
+"""``fpnet train scale``: fit what tells the scale of a drawing or a map."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def command(
     Prints what its intervals hold with architects left out in turn, and writes scale.safetensors
     with its manifest. Called again, it goes on where it was.
 
-    Example: fpnet train-scale --data ../shared/data --out runs/scale
+    Example: fpnet train scale --data ../shared/data --out runs/scale
     """
     tree = common.load(config)
     common.check_input(data)

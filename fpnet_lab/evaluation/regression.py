@@ -264,7 +264,7 @@ def _plans_compared(found: Answer, before: Answer) -> Iterator[str]:
     if found['rooms'] == before['rooms'] and not _is_near(
         found['areas_m2'], before['areas_m2'], _SAME_AREA
     ):
-        yield f'areas of rooms {found["areas_m2"]} m2, were {before["areas_m2"]} m2'
+        yield f'areas of rooms {found["areas_m2"]} m², were {before["areas_m2"]} m²'
 
 
 _COMPARISONS: dict[str, Callable[[Answer, Answer], Iterator[str]]] = {

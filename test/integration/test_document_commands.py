@@ -38,8 +38,8 @@ RUN = {
     ),
     'fpnet simulate recording --out mine --plan my_plan.png': '--sensor planar',
     'fpnet simulate pairs --out pairs --count 2000 --seed 1': '--count 12',
-    'fpnet train --data pairs --out run': _SMALL_NETWORK,
-    'fpnet finetune --plan my_plan.png --out run': '--count 20 --epochs 1',
+    'fpnet train matcher --data pairs --out run': _SMALL_NETWORK,
+    'fpnet train finetune --plan my_plan.png --out run': '--count 20 --epochs 1',
 }
 """Commands that run here, with what is added to make them cheap."""
 

@@ -12,6 +12,7 @@ from planted import A_BUILDING_PLAN, building_cells, draw_building
 import pytest
 
 from fpnet.cli import main
+from fpnet.cli.exits import NO_ANSWER
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.types import FREE, OCCUPIED
@@ -60,8 +61,9 @@ def run_match(tmp_path, *extra, plan='plan.png', robot='robot.png'):
     arguments += ['--submap', str(tmp_path / robot), '--json', str(out), *extra]
     with pytest.raises(SystemExit) as ended:
         main(arguments)
-    assert ended.value.code in (0, None)
-    return json.loads(out.read_text())
+    found = json.loads(out.read_text())
+    assert ended.value.code == (0 if found['status'] == 'matched' else NO_ANSWER)
+    return found
 
 
 def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):

@@ -81,7 +81,7 @@ def test_a_run_is_read_as_far_as_somebody_asks(folder):
 def test_what_a_robot_has_seen_is_read_from_recordings_and_images(folder):
     seen = fpnet.read_robot_map(folder / 'drive' / 'bag')
     assert seen.is_metric
-    assert repr(seen).endswith('m2 of free space>')
+    assert repr(seen).endswith('m² of free space>')
     assert seen.plot().get_images()
     assert fpnet.segment(seen).rooms
     (folder / 'bare.png').write_bytes((folder / 'robot_map.png').read_bytes())

@@ -31,7 +31,8 @@ def pairs(tmp_path_factory):
 
 def train(pairs, out, *prefix):
     settings = [word for setting in SMALL for word in ('--set', setting)]
-    words = ['fpnet', 'train', '--data', pairs, '--out', out, '--epochs', '2', *settings]
+    words = ['fpnet', 'train', 'matcher', '--data', pairs, '--out', out]
+    words += ['--epochs', '2', *settings]
     environment = os.environ | {'OMP_NUM_THREADS': '1', 'PATH': f'{BIN}:{os.environ["PATH"]}'}
     return subprocess.run(
         [*map(str, prefix), *map(str, words)],
@@ -59,7 +60,7 @@ def test_two_processes_make_one_run(pairs, tmp_path):
 
 
 def test_evidence_is_fitted_anew_and_the_network_stays(pairs, tmp_path):
-    words = ['train-evidence', '--data', str(pairs), '--out', str(tmp_path / 'run')]
+    words = ['train', 'evidence', '--data', str(pairs), '--out', str(tmp_path / 'run')]
 
     with pytest.raises(SystemExit) as ended:
         main(words)

@@ -194,7 +194,7 @@ def test_thresholds_change_with_the_next_tick(robot):
     assert robot.set('localizer.min_explored_m2', 1e6).successful
     withheld = lambda: robot.status is Status.WAITING  # noqa: E731
     assert robot.step_until(withheld), robot.statuses[-1:]
-    assert 'of 1000000 m2 of floor seen so far' in robot.statuses[-1].message
+    assert 'of 1000000 m² of floor seen so far' in robot.statuses[-1].message
     assert robot.set('localizer.min_explored_m2', 12.0).successful
     robot.localize()
 

@@ -117,6 +117,6 @@ def network_from(data: bytes, manifest: dict[str, Any]) -> Any:
     if manifest['network'].get('classes') != list(CLASSES):
         raise WeightsError(
             'parser weights: classes differ from those of this version; train again with '
-            'fpnet train-parser'
+            'fpnet train parser'
         )
     return cv2.dnn.readNetFromONNX(np.frombuffer(data, np.uint8))

@@ -5,7 +5,7 @@ Whether to believe a building that was found; if not, why, where on the drawing,
 
 The parser tells how surely each pixel is what it was taken for. What that comes to at a room says
 how probably the room is right, and the rooms together say how probably the building is wrong, or
-the picture is none of a building at all: logistic regressions, fitted by ``fpnet train-doubts``.
+the picture is none of a building at all: logistic regressions, fitted by ``fpnet train doubts``.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class Regression:
         """Return what a file holds; WeightsError if it was fitted to other figures."""
         if stored['figures'] != list(names):
             raise WeightsError(
-                f'{DOUBTS_NAME}: other figures; fit it again with fpnet train-doubts'
+                f'{DOUBTS_NAME}: other figures; fit it again with fpnet train doubts'
             )
         mean, spread, weight = (np.array(stored[key]) for key in ('mean', 'spread', 'weight'))
         return cls(mean, spread, weight, float(stored['bias']))

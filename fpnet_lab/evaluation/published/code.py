@@ -41,9 +41,9 @@ _READERS = (  # numerical: digits
 
 _GIGABYTES = Unit(' GB', 2, 1e-9)  # given
 _GROWTH = (  # numerical: digits
-    Column('storey [m2]', lambda row: f'{row["area_m2"]:,.0f}'),
+    Column('storey [m²]', lambda row: f'{row["area_m2"]:,.0f}'),
     Column('rooms found', lambda row: f'{row["rooms"]:,}'),
-    Column('seen [m2]', lambda row: f'{row["explored_m2"]:,.0f}'),
+    Column('seen [m²]', lambda row: f'{row["explored_m2"]:,.0f}'),
     Column('floorplan, once', lambda row: row['plan'][1], Units.SECONDS.to(2)),
     Column('searching tick', lambda row: row['tick'][1], Units.SECONDS.to(2)),
     Column('memory at its peak', 'peak_bytes', _GIGABYTES),
@@ -116,7 +116,7 @@ def growth(report: Row) -> Figures:
 
 
 def _growth_scores(storey: Row) -> Sequence[Score]:
-    tick, memory = f'searching tick on {AIM_M2:,} m2, by the clock', 'memory at its peak'
+    tick, memory = f'searching tick on {AIM_M2:,} m², by the clock', 'memory at its peak'
     return (
         Score(tick, storey['tick'][0], Units.SECONDS.to(2), AIM_TICK_S),
         Score(memory, storey['peak_bytes'], _GIGABYTES, AIM_PEAK_BYTES),
@@ -128,7 +128,7 @@ def _stages(storey: Row) -> Table:
     unit = Units.SECONDS.in_title(2)
     stages = sorted(storey['stages_s'].items(), key=lambda item: -item[1])
     rows = [[name, unit.text(seconds)] for name, seconds in stages]
-    return Table((f'stage of it, on {AIM_M2:,} m2', unit.title('by the clock')), rows)
+    return Table((f'stage of it, on {AIM_M2:,} m²', unit.title('by the clock')), rows)
 
 
 def wheels(report: Row) -> Figures:

@@ -69,7 +69,7 @@ class Grown:
     def figures(self) -> list[Figure]:
         """Return the durations; the storey that an aim is stated for has it."""
         aim_s = AIM_TICK_S if self.area_m2 == AIM_M2 else None
-        name = f'{self.area_m2:,.0f} m2, {self.rooms} rooms'
+        name = f'{self.area_m2:,.0f} m², {self.rooms} rooms'
         return [
             Figure(f'prepare a plan of {name}', self.plan[0], cpu_s=self.plan[1], of=1),
             Figure(f'searching tick on {name}', self.tick[0], aim_s, cpu_s=self.tick[1]),
@@ -100,7 +100,7 @@ def _explored(plan: BuildingPlan, area_m2: float) -> Submap:
         if submaps and abs(_log_excess(submaps[-1], area_m2)) < _ENOUGH:
             break
     if not submaps:
-        raise FpnetError(f'the robot saw nothing of a storey of {area_m2:g} m2; take another seed')
+        raise FpnetError(f'the robot saw nothing of a storey of {area_m2:g} m²; take another seed')
     return min(submaps, key=lambda submap: abs(_log_excess(submap, area_m2)))
 
 

@@ -61,14 +61,14 @@ def plan_mesh_tour(
     ground = _FreeSpace(world)
     if ground.area_m2 < LEAST_DRIVABLE_M2:
         raise MapFormatError(
-            f'the mesh leaves {ground.area_m2:.1f} m2 of connected space for a robot '
-            f'{2 * BODY_RADIUS_M} m wide; expected at least {LEAST_DRIVABLE_M2} m2'
+            f'the mesh leaves {ground.area_m2:.1f} m² of connected space for a robot '
+            f'{2 * BODY_RADIUS_M} m wide; expected at least {LEAST_DRIVABLE_M2} m²'
         )
     tour = tour_on(ground, rng, limits)
     if tour is None:
         raise MapFormatError(
             f'no tour of {limits.shortest_s:.0f} to {limits.longest_s:.0f} s through '
-            f'{ground.area_m2:.0f} m2 of free space in {_ATTEMPTS} attempts; take another seed or '
+            f'{ground.area_m2:.0f} m² of free space in {_ATTEMPTS} attempts; take another seed or '
             'a shorter tour'
         )
     return tour

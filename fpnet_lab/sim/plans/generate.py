@@ -106,7 +106,7 @@ def generate_plan(
         is_small = max_area_m2 is None or plan.floor_area_m2 <= max_area_m2
         if min_rooms <= len(plan.rooms) <= max_rooms and is_small:
             return plan
-    bound = '' if max_area_m2 is None else f' on at most {max_area_m2:g} m2'
+    bound = '' if max_area_m2 is None else f' on at most {max_area_m2:g} m²'
     raise ConfigError(
         f'no {family or "random"} plan with {min_rooms} to {max_rooms} rooms{bound} '
         f'in {_ATTEMPTS} attempts; widen the bounds'
@@ -124,8 +124,8 @@ def _check_request(
         raise ConfigError(f'{min_rooms} to {max_rooms} rooms is no range; swap the bounds')
     if max_area_m2 is not None and min_rooms * MIN_CELL_AREA_M2 > max_area_m2:
         raise ConfigError(
-            f'{min_rooms} rooms do not fit into {max_area_m2:g} m2: the smallest room takes '
-            f'{MIN_CELL_AREA_M2:g} m2; ask for fewer rooms or more area'
+            f'{min_rooms} rooms do not fit into {max_area_m2:g} m²: the smallest room takes '
+            f'{MIN_CELL_AREA_M2:g} m²; ask for fewer rooms or more area'
         )
 
 

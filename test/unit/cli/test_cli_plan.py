@@ -71,7 +71,7 @@ def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
     assert 'doubtful: its middle room has' in printed.err
     verdict = json.loads(printed.out)['verdict']
     assert verdict['fitness'] == 'doubtful'
-    assert verdict['reasons'][0]['what'].endswith('m2: no building at this scale')
+    assert verdict['reasons'][0]['what'].endswith('m²: no building at this scale')
     assert out.is_file()
 
 
@@ -110,7 +110,7 @@ def test_rooms_of_a_slip_in_the_scale_are_doubted_as_well(drawing, capsys):
     printed = capsys.readouterr()
     assert 'doubt: its middle room has' in printed.err
     reasons = json.loads(printed.out)['verdict']['reasons']
-    assert reasons[0]['what'].endswith('m2: no building at this scale')
+    assert reasons[0]['what'].endswith('m²: no building at this scale')
 
 
 def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):

@@ -5,6 +5,7 @@
 import ast
 from importlib.util import find_spec
 import json
+import logging
 from pathlib import Path
 import re
 import subprocess
@@ -17,7 +18,14 @@ import pytest
 import typer
 
 from fpnet import cli
-from fpnet.cli import COMMANDS, Subcommand, common, installed_commands, main
+from fpnet.cli import (
+    COMMANDS,
+    Subcommand,
+    _verbose_first,
+    common,
+    installed_commands,
+    main,
+)
 from fpnet.cli.progress import progress, track
 from fpnet_core.errors import ConfigError, FpnetError
 
@@ -109,6 +117,20 @@ def test_programming_errors_are_not_hidden(subcommand):
     subcommand(fail)
     with pytest.raises(KeyError):
         main(['plugged'])
+
+
+@pytest.mark.parametrize('words', [('-v', 'plugged'), ('plugged', '-v'), ('plugged', '--verbose')])
+def test_details_are_logged_wherever_the_flag_stands(subcommand, monkeypatch, words):
+    levels = []
+    monkeypatch.setattr(logging, 'basicConfig', lambda **options: levels.append(options['level']))
+    subcommand(lambda: None)
+    assert run(*words) == 0
+    assert run('plugged') == 0
+    assert levels == [logging.INFO, logging.WARNING]
+
+
+def test_words_after_two_dashes_are_no_flags():
+    assert _verbose_first(['a', '-v', '--', '-v']) == ['-v', 'a', '--', '-v']
 
 
 def test_interrupt_exits_130_without_a_traceback(capsys, subcommand):

@@ -142,7 +142,7 @@ def test_little_comes_before_another_building():
     found = replace(POOR, walls_m=40.0, seen_m2=40.0)
     assert set(kinds(found)) == {CauseKind.TOO_LITTLE, CauseKind.OTHER_PLAN}
     assert first(replace(POOR, seen_m2=9.5)).evidence == (
-        '9 m2 of floor, and a first look takes 12 m2'
+        '9 m² of floor, and a first look takes 12 m²'
     )
 
 

@@ -284,8 +284,8 @@ def test_no_placement_at_all():
 
 
 def test_what_needs_no_verdict():
-    assert waiting(9.7, 12.0) == 'only 9 of 12 m2 of floor seen so far'
-    assert waiting(11.99, 12.0) == 'only 11 of 12 m2 of floor seen so far'
+    assert waiting(9.7, 12.0) == 'only 9 of 12 m² of floor seen so far'
+    assert waiting(11.99, 12.0) == 'only 11 of 12 m² of floor seen so far'
     assert anew('odometry jumped by 25.00 m') == 'starting anew: odometry jumped by 25.00 m'
     assert all((NO_PLAN, NOT_LOOKED, CONTRADICTED))
 

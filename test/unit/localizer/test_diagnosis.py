@@ -141,7 +141,7 @@ def test_a_drive_that_has_hardly_begun(matcher):
     run = drive_on(plan_grid(), matcher, nearby[:2])
     assert run.outputs[-1].status is Status.WAITING
     assert [cause.kind for cause in run.outputs[-1].causes] == [CauseKind.TOO_LITTLE]
-    assert 'a first look takes 12 m2' in run.outputs[-1].causes[0].evidence
+    assert 'a first look takes 12 m²' in run.outputs[-1].causes[0].evidence
     causes = explained(run, plan_grid(), matcher)
     assert [cause.kind for cause in causes] == [CauseKind.TOO_LITTLE]
 

@@ -113,7 +113,7 @@ def test_without_a_plan_it_says_so():
 def test_without_scans_it_waits():
     output = new_localizer().tick(1)
     assert output.status is Status.WAITING
-    assert output.reason == 'only 0 of 12 m2 of floor seen so far'
+    assert output.reason == 'only 0 of 12 m² of floor seen so far'
 
 
 def test_every_tick_says_why(finished):

@@ -148,7 +148,7 @@ def test_many_are_carried_as_one_by_one():
 
 def test_a_model_of_other_figures_is_refused():
     stored = {'figures': ['bend'], 'mean': [], 'std': [], 'position': [], 'yaw': []}
-    with pytest.raises(WeightsError, match='train-covariance'):
+    with pytest.raises(WeightsError, match='train covariance'):
         UncertaintyModel.from_json(json.loads(json.dumps(stored)))
 
 

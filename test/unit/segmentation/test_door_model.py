@@ -62,7 +62,7 @@ def test_weights_for_other_figures_are_refused():
     weights = read_weights(None, DOOR_SCHEMA, DOOR_NAME)
     network = {**weights.manifest['network'], 'figures': ['width']}
     other = replace(weights, manifest={**weights.manifest, 'network': network})
-    with pytest.raises(WeightsError, match='train-doors'):
+    with pytest.raises(WeightsError, match='train doors'):
         model_of(other)
 
 

@@ -158,5 +158,5 @@ def test_smearing_widens_and_keeps_the_middle():
 def test_weights_for_other_figures_are_refused():
     weights = read_weights(None, SCALE_SCHEMA, SCALE_NAME)
     network = weights.manifest['network'] | {'figures': ['door_mode']}
-    with pytest.raises(WeightsError, match='train-scale'):
+    with pytest.raises(WeightsError, match='train scale'):
         model_of(Weights(weights.tensors, weights.manifest | {'network': network}))

@@ -182,7 +182,7 @@ def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch
     again.run()
     assert again.step == 2
     monkeypatch.setattr('fpnet_lab.training.parser.held_figures', lambda *_: {'all': {}})
-    path = again.write({'data': {'command': 'fpnet train-parser'}}, 1)
+    path = again.write({'data': {'command': 'fpnet train parser'}}, 1)
     data, manifest = read_onnx(path, 1, path.name)
     assert manifest['training']['steps_made'] == 2
     seen = parse(np.full((64, 64, 3), 200, np.uint8), None, network_from(data, manifest)).chances

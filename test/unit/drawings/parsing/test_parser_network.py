@@ -62,7 +62,7 @@ def test_channels_hold_the_picture_and_an_earlier_answer():
 def test_the_packaged_network_is_that_of_its_manifest():
     data, manifest = read_onnx(None, PARSER_SCHEMA, PARSER_NAME)
     assert manifest['network']['classes'] == list(CLASSES)
-    assert manifest['data']['command'].startswith('fpnet train-parser')
+    assert manifest['data']['command'].startswith('fpnet train parser')
     assert manifest['figures']['iou']['all']['wall'] > 0.5
     assert len(data) > 1_000_000
     assert len((resources.files('fpnet_core.weights') / PARSER_NAME).read_bytes()) < 10_000_000
@@ -76,7 +76,7 @@ def test_what_is_not_the_network_is_refused(tmp_path):
     write_onnx(path, b'not a network', PARSER_SCHEMA, {'network': {'classes': ['wall']}})
     data, manifest = read_onnx(path, PARSER_SCHEMA, PARSER_NAME)
     assert data == b'not a network'
-    with pytest.raises(WeightsError, match='fpnet train-parser'):
+    with pytest.raises(WeightsError, match='fpnet train parser'):
         network_from(data, manifest)
     with pytest.raises(WeightsError, match='schema'):
         read_onnx(path, PARSER_SCHEMA + 1, PARSER_NAME)

@@ -133,7 +133,7 @@ def test_the_packaged_model_refuses_other_figures():
     model = packaged_doubt_model()
     assert 0.0 < model.doubted_from < 1.0
     regression = {'figures': ['size'], 'mean': [0], 'spread': [1], 'weight': [1], 'bias': 0}
-    with pytest.raises(WeightsError, match='train-doubts'):
+    with pytest.raises(WeightsError, match='train doubts'):
         model_of({'rooms': regression, 'sheets': regression, 'others': regression})
 
 

@@ -142,7 +142,7 @@ def test_several_reports_of_one_name_stand_in_one_table(tmp_path, capsys, monkey
 def test_a_manifest_of_weights_tells_how_they_were_made(tmp_path):
     folder = Path(fpnet_core.__path__[0]) / 'weights'
     made = Provenance.of_weights(manifest('weights_doors'), folder / 'doors.json')
-    assert made.command.startswith('fpnet train-doors')
+    assert made.command.startswith('fpnet train doors')
     assert made.machine.endswith('weights/doors.json')
     if Provenance.now().commit:
         assert len(made.commit) >= 7

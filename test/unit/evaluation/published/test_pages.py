@@ -103,4 +103,4 @@ def test_pages_state_what_manifests_of_shipped_weights_hold(name):
     assert name in shown
     for key, text in shown.items():
         assert rows(states[key]) == rows(text), key
-        assert states[key].startswith('`fpnet train-')
+        assert states[key].startswith('`fpnet train ')

@@ -22,7 +22,7 @@ def test_probabilities_are_measured_by_kind_of_trials():
 
 def test_rules_for_claims_say_what_is_never_claimed():
     rule, silent = table('claim_rules')[2:]
-    assert rule == ['2', '0.99', '5 m2', '2.5 m', '2 of 42', '0', '1 of 126']
+    assert rule == ['2', '0.99', '5 m²', '2.5 m', '2 of 42', '0', '1 of 126']
     assert silent[3] == ''
 
 

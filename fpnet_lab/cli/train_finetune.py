@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet finetune``: adapt the shipped network to one building."""
+"""``fpnet train finetune``: adapt the shipped network to one building."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 
 from fpnet.cli import common
 from fpnet.cli.progress import progress
-from fpnet_lab.cli.train import fit_and_calibrate
+from fpnet_lab.cli.train_matcher import fit_and_calibrate
 
 
 @common.reads_drawing
@@ -31,7 +31,7 @@ def command(
 
     Use the result with --set matcher.weights=OUT/run/matcher.safetensors.
 
-    Example: fpnet finetune --plan my_plan.png --out runs/mine
+    Example: fpnet train finetune --plan my_plan.png --out runs/mine
     """
     reading = said.read(plan, common.load(None))
     common.say_reading(reading, None)
