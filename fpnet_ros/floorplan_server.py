@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
@@ -117,7 +116,3 @@ class FloorplanServer(ManagedNode):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
     return run_managed(FloorplanServer, arguments)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-import sys
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
@@ -267,7 +266,3 @@ class LocalizerNode(ManagedNode):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
     return run_managed(LocalizerNode, arguments)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

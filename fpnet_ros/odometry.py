@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-import sys
 import time
 from typing import Any
 
@@ -276,7 +275,3 @@ class OdometryNode(OwnValues):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
     return run_node(OdometryNode, arguments)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

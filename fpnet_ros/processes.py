@@ -95,7 +95,7 @@ def share_file(name: str) -> Path:
 
 def node_command(name: str) -> list[str]:
     """Return the command that runs a node of this package with this interpreter."""
-    return [sys.executable, '-m', f'{PACKAGE}.{name}']
+    return [sys.executable, '-m', f'{PACKAGE}.executables', name]
 
 
 def ros_arguments(

@@ -254,7 +254,3 @@ def _message_class(msgtype: str) -> Any:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
     return run_node(ReplayNode, arguments, ReplayNode.play)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -112,6 +112,8 @@ WALK = {
     'register_ms': 30.0,
 }
 
+ENDED = {'launches': 25, 'clean': 25, 'took_s_median': 0.9, 'took_s_max': 1.4, 'faults': []}
+
 FAULT = {
     'drives': 10,
     'before': 9,
@@ -412,6 +414,7 @@ REPORTS = {
         },
         'log': {'scans': WALK | {'path': 1.1}, 'kiss_icp': WALK | {'path': 30.0}},
     },
+    'clean_ends': lambda: {'when': {'running': ENDED, 'starting': ENDED | {'clean': 24}}},
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
     'speed': lambda: {'figures': {'match call': TIMED, 'a start': TIMED | {'aim_s': None}}},

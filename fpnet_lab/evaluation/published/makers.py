@@ -207,6 +207,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'drift': runs.drift,
     'carried_off': runs.carried_off,
     'faults': runs.faults,
+    'clean_ends': runs.clean_ends,
     'walks': runs.walks,
     'speed': runs.speed,
     'sites': sites,

@@ -94,6 +94,12 @@ _FAULTS = (
     Column('median error', 'median_m', Units.METRES),
 )
 
+_ENDS = (
+    Column('nodes are', 'name'),
+    Column('clean ends', of('clean', 'launches')),
+    Column('took', together(('took_s_median', Units.SECONDS), ('took_s_max', Units.SECONDS))),
+)
+
 _NOT_TRIED = dict.fromkeys(('localised', 'wrong', 'off', 'first_m', 'median_m', 'median_deg'))
 
 
@@ -266,6 +272,11 @@ def carried_off(report: Row) -> Figures:
 def faults(report: Row) -> Figures:
     """Return what is published while inputs are broken."""
     return {'': Table.of(_FAULTS, named(report['faults']))}, {}
+
+
+def clean_ends(report: Row) -> Figures:
+    """Return how nodes end at two signals, by what they were doing."""
+    return {'': Table.of(_ENDS, named(report['when']))}, {}
 
 
 def walks(report: Row) -> Figures:
