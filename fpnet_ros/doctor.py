@@ -14,23 +14,24 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
+from sensor_msgs.msg import Imu, LaserScan, MultiEchoLaserScan, PointCloud2
 
 from fpnet_core.doctor import Observed
 from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
-from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
+from fpnet_core.io.message_types import GRID, IMU, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
 from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC
 from fpnet_ros.checkup import DOCTOR, offers_of
 from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import TF_STATIC, sensor_data
+from fpnet_ros.runtime import ODOMETRY_QUEUE, TF_STATIC, sensor_data
 
 _DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # until everybody has found everybody, and scans; chosen
 _POLL_S = 0.1  # numerical
-_QUEUE = 10  # messages; chosen
+_QUEUE = 10  # scans; chosen
 _KINDS = {
     POINT_CLOUD: PointCloud2,
     **dict(zip(LASER_SCANS, (LaserScan, MultiEchoLaserScan), strict=True)),
     ODOMETRY: Odometry,
+    IMU: Imu,
     TRANSFORMS: TFMessage,
 }
 
@@ -88,7 +89,8 @@ class Listener:
             odometry or likeliest_odometry(asked) or likeliest_odometry(types) or None,
         )
         for name in self._observer.topics:
-            qos = TF_STATIC if name.endswith(TF_STATIC_TOPIC) else sensor_data(_QUEUE)
+            depth = ODOMETRY_QUEUE if types[name] in (IMU, ODOMETRY) else _QUEUE
+            qos = TF_STATIC if name.endswith(TF_STATIC_TOPIC) else sensor_data(depth)
             take = partial(self._take, name)
             if (kind := _KINDS.get(types[name])) is not None:  # without tf2_msgs there is no TF
                 node.create_subscription(kind, name, take, qos)

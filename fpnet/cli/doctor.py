@@ -75,7 +75,7 @@ def _observed(bag: Path | None, seconds: float, topic: str, odometry: str) -> Ob
 def _lines(seen: Observed, found: list[Finding]) -> list[str]:
     heard = ', '.join(
         f'{len(topic)} on {topic.name}'
-        for topic in map(seen.topic, (seen.scans, seen.odometry))
+        for topic in map(seen.topic, (seen.scans, seen.odometry, seen.imu))
         if topic is not None
     )
     lines = [f'listened for {seen.seconds:.1f} s: {heard or "no scans and no odometry"}']
@@ -89,5 +89,6 @@ def _as_json(seen: Observed, found: list[Finding]) -> dict[str, object]:
         'seconds': seen.seconds,
         'scans': seen.scans,
         'odometry': seen.odometry,
+        'imu': seen.imu,
         'findings': [finding.as_json() for finding in found],
     }

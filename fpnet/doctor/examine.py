@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from fpnet.doctor.gyro import check_gyro
 from fpnet.doctor.lag import check_lag
 from fpnet.doctor.motion import check_flips, check_odometry, registered
 from fpnet_core.doctor.clocks import check_clocks, check_gaps, check_jumps, check_rate
@@ -45,13 +46,14 @@ _SPOILS = {
 
 
 def _of_motion(seen: Observed) -> list[Finding]:
-    if not len(seen.track):
+    if not len(seen.track) and not len(seen.gyro_ns):
         return []
-    if flips := list(check_flips(seen)):
-        return flips
     poses = registered(seen)
-    # A wrong odometry says nothing of times.
-    return list(check_odometry(seen, poses)) or list(check_lag(seen, poses))
+    found = list(check_flips(seen)) or list(check_odometry(seen, poses))
+    # A wrong odometry says nothing of times, and scans that lose their way nothing of turns.
+    found = found or list(check_lag(seen, poses))
+    lost = any(finding.problem is Problem.REGISTRATION for finding in found)
+    return found if lost else [*found, *check_gyro(seen, poses)]
 
 
 def examine(seen: Observed) -> list[Finding]:

@@ -30,6 +30,7 @@ class Problem(StrEnum):
     TILTED = 'sensor tilted'
     HEIGHT = 'sensor at the wrong height'
     ODOMETRY = 'odometry disagrees with the scans'
+    GYRO = 'gyroscope disagrees with the scans'
     REGISTRATION = 'scans lose their way'
 
 

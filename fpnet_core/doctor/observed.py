@@ -105,6 +105,8 @@ class Observed:
         Scans of ``scans``, in order.
     track
         Poses of ``odometry``.
+    imu, gyro_ns, gyro_radps
+        Topic of an IMU, empty without one; stamps ``(R,)`` and angular rates ``(R, 3)``.
     unreadable
         What was wrong with scans that could not be decoded.
     is_live
@@ -120,6 +122,9 @@ class Observed:
     transforms: tuple[Transform, ...] = ()
     sweeps: tuple[SeenScan, ...] = ()
     track: PoseTrack = field(default_factory=PoseTrack)
+    imu: str = ''
+    gyro_ns: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    gyro_radps: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     unreadable: tuple[str, ...] = ()
     is_live: bool = False
     tf: str = TF_TOPIC

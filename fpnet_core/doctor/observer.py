@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.doctor.observed import (
     Observed,
@@ -24,8 +25,8 @@ from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.io.bag_scans import usable_clouds
 from fpnet_core.io.laserscan import decode_laser
-from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
-from fpnet_core.io.messages import rigid_of, stamp_to_ns
+from fpnet_core.io.message_types import IMU, LASER_SCANS, ODOMETRY, TRANSFORMS
+from fpnet_core.io.messages import has_gyro, rate_of, rigid_of, stamp_to_ns
 from fpnet_core.io.pointcloud2 import decode_cloud
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_core.io.topic_names import KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC, TRUTH_TOPICS
@@ -63,19 +64,21 @@ class Observer:
     def __init__(self, types: dict[str, str], scans: str = '', odometry: str | None = '') -> None:
         self.scans = scans or likeliest_scans(types)
         self.odometry = '' if odometry is None else odometry or likeliest_odometry(types)
+        self.imu = min((name for name, kind in types.items() if kind == IMU), default='')
         self.tf = tf_beside(types, self.scans)
         self._types = dict(types)
         self._heard = {name: _Heard(msgtype) for name, msgtype in types.items()}
         self._transforms: dict[tuple[str, str, bool], Transform] = {}
         self._sweeps: list[SeenScan] = []
         self._track = PoseTrack()
+        self._rates: dict[int, NDArray[np.float64]] = {}
         self._stamps = SweepStamps(say=in_silence)
         self._unreadable: list[str] = []
 
     @property
     def topics(self) -> list[str]:
         """Topics that have to be listened to."""
-        wanted = dict.fromkeys((self.scans, self.odometry, *self.tf))
+        wanted = dict.fromkeys((self.scans, self.odometry, self.imu, *self.tf))
         return [name for name in wanted if name in self._types]
 
     def wanted(self, msgtypes: Collection[str], names: Collection[str]) -> list[str]:
@@ -98,6 +101,8 @@ class Observer:
         heard.frames[frame] = None
         if heard.msgtype == ODOMETRY:
             self._take_pose(heard, name, stamp_ns or heard_ns, message)
+        elif name == self.imu:
+            self._take_rate(name, stamp_ns or heard_ns, message)
         elif name == self.scans and len(self._sweeps) < MOST_SWEEPS:
             self._take_scan(heard.msgtype, stamp_ns or heard_ns, frame, message)
 
@@ -131,6 +136,9 @@ class Observer:
             tuple(self._transforms.values()),
             tuple(self._sweeps),
             self._track,
+            self.imu,
+            np.array(sorted(self._rates), dtype=np.int64),
+            np.array([rate for _, rate in sorted(self._rates.items())]).reshape(-1, 3),
             tuple(self._unreadable),
             is_live,
             self.tf[0],
@@ -154,6 +162,14 @@ class Observer:
         pose = message.pose.pose
         try:
             self._track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
+        except ValueError as error:
+            self._unreadable.append(f'{name}: {error}')
+
+    def _take_rate(self, name: str, stamp_ns: int, message: Any) -> None:
+        if not has_gyro(message):
+            return
+        try:
+            self._rates[stamp_ns] = rate_of(message)
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
 

@@ -52,6 +52,11 @@ def rigid_of(position: Any, rotation: Any) -> NDArray[np.float64]:
     )
 
 
+def has_gyro(message: Any) -> bool:
+    """Tell whether a ``sensor_msgs/Imu`` says that it measures angular rates."""
+    return bool(message.angular_velocity_covariance[0] != _NOT_MEASURED)
+
+
 def rate_of(message: Any) -> NDArray[np.float64]:
     """
     Return the angular rate ``(3,)`` of a ``sensor_msgs/Imu``, in its frame [rad/s].
@@ -61,7 +66,7 @@ def rate_of(message: Any) -> NDArray[np.float64]:
     ValueError
         If it has no gyroscope, which it says by a covariance of -1, or a value is not finite.
     """
-    if message.angular_velocity_covariance[0] == _NOT_MEASURED:
+    if not has_gyro(message):
         raise ValueError('it says that it has no gyroscope (angular_velocity_covariance[0] is -1)')
     rate = message.angular_velocity
     values = np.array([rate.x, rate.y, rate.z], dtype=np.float64)

@@ -67,6 +67,10 @@ class Robot:
     scans_per_pose: int = 1  # of the wheels
     more_transforms: tuple[tuple[str, str], ...] = ()
     is_static_latched: bool = True
+    gyro_frame: str = ''  # '': no gyroscope
+    gyro_factor: float = 1.0
+    gyro_offset_deg: float = 0.0  # a second
+    T_imu_lidar: np.ndarray | None = None  # as it is, beside what the transform says
 
 
 RIGHT = Robot()
@@ -120,7 +124,24 @@ def record(path: Path, drive, robot: Robot) -> Path:
                 odometry = odometry @ turned('z', 180.0)
             if index % robot.scans_per_pose == 0:
                 bag.write_odometry('/odom', scan.stamp_ns, 'odom', robot.child, odometry)
+        write_gyro(bag, drive, robot)
     return path
+
+
+def write_gyro(bag: BagWriter, drive, robot: Robot) -> None:
+    """Write rates at 50 Hz, steady between two poses of the wheels."""
+    if not robot.gyro_frame:
+        return
+    scans, wheels = drive
+    bag.write_transform(f'{robot.tf}_static', scans[0].stamp_ns, 'base_link', 'imu', np.eye(4))
+    off = np.eye(3) if robot.T_imu_lidar is None else robot.T_imu_lidar[:3, :3]
+    for index in range(1, len(scans)):
+        turn = Rotation.from_matrix(wheels[index - 1][:3, :3].T @ wheels[index][:3, :3])
+        rate = off @ turn.as_rotvec() / SWEEP_S * robot.gyro_factor
+        rate = rate + np.deg2rad([0.0, 0.0, robot.gyro_offset_deg])
+        for part in range(5):
+            stamp_ns = scans[index].stamp_ns - round((4 - part) * SWEEP_S / 5 * SECOND)
+            bag.write_imu('/imu/data', stamp_ns, robot.gyro_frame, rate)
 
 
 def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
@@ -209,6 +230,31 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
         (
             replace(RIGHT, scans_per_pose=10),
             Problem.SPARSE, '/odom', ['a pose every 1.0 s', '--odometry kiss'],
+        ),
+        (replace(RIGHT, gyro_frame='imu'), None, '', []),
+        (
+            replace(RIGHT, gyro_frame='imu_link'),
+            Problem.FRAME, 'imu_link', ['/imu/data is not used', 'static transform'],
+        ),
+        (
+            replace(RIGHT, gyro_frame='imu', gyro_factor=180.0 / np.pi),
+            Problem.GYRO, '/imu/data', ['times the turns that the scans tell: degrees', 'rad/s'],
+        ),
+        (
+            replace(RIGHT, gyro_frame='imu', gyro_factor=0.6),
+            Problem.GYRO, '/imu/data', ['0.58 times', 'scale'],
+        ),
+        (
+            replace(RIGHT, gyro_frame='imu', gyro_offset_deg=5.0),
+            Problem.GYRO, '/imu/data', ['5.1 degrees a second', 'stands still'],
+        ),
+        (
+            replace(RIGHT, gyro_frame='imu', T_imu_lidar=turned('x', 180.0)),
+            Problem.GYRO, '/imu/data', ['-0.97 times', 'upside down'],
+        ),
+        (
+            replace(RIGHT, gyro_frame='imu', T_imu_lidar=turned('x', 90.0)),
+            Problem.GYRO, '/imu/data', ['other axes', 'rotation'],
         ),
         (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry says']),
         (
