@@ -37,7 +37,7 @@ def test_pages_agree_on_every_figure():
 
 
 def test_every_figure_on_a_page_is_one_that_a_benchmark_gives():
-    known = {'constants'}
+    known = {'constants', 'house'}  # counted by tools
     for name in MAKERS:
         known |= set(published(name, REPORTS[name](), MADE))
     named = {each.name for page in pages(ROOT) for each in stated(page)}
