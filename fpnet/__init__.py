@@ -73,6 +73,10 @@ _MODULE_OF = {
 
 def __getattr__(name: str) -> Any:
     """Load a name of the interface."""
+    if name == '__version__':
+        from importlib.metadata import version
+
+        return version('fpnet_ros')
     if name not in _MODULE_OF:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     return getattr(import_module(_MODULE_OF[name]), name)

@@ -120,8 +120,8 @@ def test_the_reference_is_that_of_the_docstrings():
 
 def test_importing_the_package_loads_nothing():
     code = (
-        'import sys, fpnet_core; loaded = {m.partition(".")[0] for m in sys.modules}; '
+        'import sys, fpnet; loaded = {m.partition(".")[0] for m in sys.modules}; '
         'assert not loaded & {"numpy", "torch", "cv2", "pydantic"}, loaded; '
-        'assert "segment" in dir(fpnet_core)'
+        'assert "segment" in dir(fpnet)'
     )
     subprocess.run([sys.executable, '-c', code], check=True)

@@ -108,3 +108,26 @@ def test_the_readmes_demo_is_the_first_row_of_the_demos():
     assert stated[3] == wrong
     assert stated[1:3] == pytest.approx([first_s, first_m], abs=0.0501)
     assert stated[4:] == pytest.approx([error_m, error_deg], abs=0.0501)
+
+
+def test_the_readme_states_the_papers_tables_as_their_page_does():
+    page = (ROOT / 'docs' / 'matching_tables.md').read_text(encoding='utf-8')
+    rows = [
+        [cell.strip() for cell in line[1:-1].split('|')]
+        for line in page.splitlines()
+        if re.match(r'\| (fpnet|paper) \|', line)
+    ]
+    own, paper = ([row for row in rows if row[0] == name][:3] for name in ('fpnet', 'paper'))
+    auc, ts = 1, 5  # columns
+    stated = [re.fullmatch(r'([\d.]+) \(([\d.]+)\)', row[ts]).groups() for row in paper]
+    auc_stated = [re.search(r'\(([\d.]+)\)', row[auc])[1] for row in paper]
+    shown = (
+        [f'{float(row[ts]):.0f}' for row in own],
+        [theirs for _, theirs in stated],
+        [f'{float(ours):.0f}' for ours, _ in stated],
+        [row[auc] for row in own],
+        auc_stated,
+    )
+    readme = (ROOT / 'README.md').read_text(encoding='utf-8')
+    for first, second, third in shown:
+        assert f'{first}, {second} and {third}' in readme

@@ -204,12 +204,23 @@ def robot(report: Row) -> Figures:
         for row in named(bands)
     ]
     tables = {'': Table.of(_MAPS, rows), 'buildings': _buildings(figures['buildings'])}
-    values = {'pairs': str(sum(shares['pairs'] for shares in figures['bands'].values()))}
-    values |= {
-        f'right_{name}': Units.SHARE.text(figures['bands_undistorted'][band]['right'])
-        for band, name in _NAMES.items()
+    values = {
+        'pairs': str(_count(figures['bands'], 'pairs')),
+        'wrong': str(_count(figures['bands'], 'pairs', 'wrong_and_claimed')),
+        'foreign': str(_count(figures['bands'], 'foreign_pairs', 'foreign_claimed')),
+        'foreign_pairs': f'{_count(figures["bands"], "foreign_pairs"):,}',
     }
+    for title, bands in (('right', 'bands'), ('undistorted', 'bands_undistorted')):
+        for band, name in _NAMES.items():
+            values[f'{title}_{name}'] = Units.SHARE.text(figures[bands][band]['right'])
     return tables, values
+
+
+def _count(bands: Mapping[str, Row], cases: str, share: str | None = None) -> int:
+    """Return how many cases all bands have, or of how many a share of each tells."""
+    return sum(
+        round(row[cases] * (1.0 if share is None else row[share])) for row in bands.values()
+    )
 
 
 def _buildings(by_name: Mapping[str, Row]) -> Table:

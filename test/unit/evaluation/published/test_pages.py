@@ -5,6 +5,7 @@
 from pathlib import Path
 
 from benchmark_reports import MADE, REPORTS, manifest, rows
+import numpy as np
 import pytest
 from stated_figures import contradictions
 
@@ -79,9 +80,15 @@ def test_figures_in_sentences_are_those_of_the_tables():
     assert len(claims) == 2
     false = sum(int(row[4].split()[0]) for row in claims)
     assert figures['localization.false_claims'] == str(false)
-    undistorted = [row[2] for row in rows(figures['robot'])[-4:]]
+    *maps, whole, half, third, tenth = rows(figures['robot'])[-8:]
     names = ('whole', 'half', 'third', 'tenth')
-    assert [figures[f'robot.right_{name}'] for name in names] == undistorted
+    assert [figures[f'robot.right_{name}'] for name in names] == [row[2] for row in maps]
+    undistorted = [row[2] for row in (whole, half, third, tenth)]
+    assert [figures[f'robot.undistorted_{name}'] for name in names] == undistorted
+    for column, wrong, cases in ((4, 'wrong', 'pairs'), (5, 'foreign', 'foreign_pairs')):
+        counts = np.array([row[column].split(' of ') for row in maps], dtype=int).sum(axis=0)
+        assert figures[f'robot.{wrong}'] == str(counts[0])
+        assert figures[f'robot.{cases}'].replace(',', '') == str(counts[1])
     seeds = rows(figures['demo'])[2:]
     assert figures['demo.met'].endswith(f'of {len(seeds)}')
     assert figures['demo.wrong'] == str(sum(int(row[2]) for row in seeds))

@@ -127,7 +127,10 @@ def test_figures_of_demos_and_logs():
 def test_figures_of_robots_maps():
     figures = published('robot', robot(), MADE)
     assert figures['robot.pairs'] == '8'
-    assert figures['robot.right_whole'] == '100 %'
+    assert figures['robot.right_whole'] == '50 %'
+    assert figures['robot.undistorted_whole'] == '100 %'
+    assert (figures['robot.wrong'], figures['robot.pairs']) == ('4', '8')
+    assert (figures['robot.foreign'], figures['robot.foreign_pairs']) == ('8', '16')
     table = rows(figures['robot'])
     assert table[2] == ['all', 'whole', '50 %', '50 %', '1 of 2', '2 of 4']
     assert table[6][:4] == ['without the three distorted drawings', 'whole', '100 %', '100 %']
