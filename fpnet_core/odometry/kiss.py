@@ -171,8 +171,9 @@ class KissOdometry:
         """
         Take the first sweep once more, without its motion, which the second one has told.
 
-        Nobody knew that motion, and the map was bent: in the mean over the points it was late by
-        a share of a period, and an even motion came out as longer by as much.
+        Nobody knew it when that sweep made the map. In the mean its points were seen a share of
+        a period before its end, which is where the map has them seen from: of an even motion the
+        second sweep tells that share too much.
         """
         assert self._kiss is not None
         assert first.time_s is not None
