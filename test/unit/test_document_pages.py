@@ -131,3 +131,9 @@ def test_the_readme_states_the_papers_tables_as_their_page_does():
     readme = (ROOT / 'README.md').read_text(encoding='utf-8')
     for first, second, third in shown:
         assert f'{first}, {second} and {third}' in readme
+
+
+def test_the_overview_links_every_page():
+    overview = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
+    names = {path.name for path in (ROOT / 'docs').glob('*.md')} - {'index.md'}
+    assert {name for name in names if f']({name}' not in overview} == set()
