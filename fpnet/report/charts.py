@@ -60,12 +60,12 @@ def plan_figure(record: RunRecord) -> go.Figure:
         figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
     for rank in reversed(range(SHOWN_PLACEMENTS)):
         symbol = PLACEMENT_SYMBOLS[rank]
-        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 3 if not rank else 5}
+        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 4 if not rank else 5}
         name = 'best placement' if rank == 0 else f'rival {rank}'
         _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
-    line = {'color': MATCH_COLOUR, 'width': 2}
-    _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line)
-    line = {'color': PLACEMENT_COLOURS[0], 'width': 2}
+    line, marker = {'color': MATCH_COLOUR, 'width': 1}, {'size': 4}
+    _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line, marker=marker)
+    line = {'color': PLACEMENT_COLOURS[0], 'width': 3}
     _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
     _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
     _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)

@@ -68,12 +68,14 @@ function publishedUntil(time) {
 function showPlan(moment) {
   const columns = {matches: matchLines(moment), published: publishedUntil(moment.time_s),
     door_names: doorNames(moment, 'plan')};
+  const best = moment.placements[0];
+  // Rivals of a claim would cover it; the table has them.
+  const shown = best && best.is_claimed ? [best] : moment.placements;
   data.placement_colours.forEach((_, rank) => {
-    const placement = moment.placements[rank];
+    const placement = shown[rank];
     columns['placement_' + rank] =
       placement ? placed(placement.A_plan_submap, ...moment.walls) : [[], []];
   });
-  const best = moment.placements[0];
   columns.robot = best ? placed(best.A_plan_submap, ...last(moment.path)) : [[], []];
   update('plan', columns);
   const heading = best && moment.heading !== null ? moment.heading + yawOf(best.A_plan_submap) : null;
@@ -82,7 +84,7 @@ function showPlan(moment) {
   if (columns.robot[0].length) {
     const yaw = heading === null ? '' : `, looking to ${degrees(heading).toFixed(0)} degrees`;
     said = `Floorplan; the likeliest place of the robot is x ${columns.robot[0][0].toFixed(1)}, ` +
-      `y ${columns.robot[1][0].toFixed(1)} metres${yaw}; ${moment.placements.length} placements shown`;
+      `y ${columns.robot[1][0].toFixed(1)} metres${yaw}; ${shown.length} placements shown`;
   }
   document.getElementById('plan').setAttribute('aria-label', said);
 }

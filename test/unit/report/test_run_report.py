@@ -275,6 +275,9 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
         robot = [trace('plan', 'robot', axis)[0] for axis in 'xy']
         assert robot == pytest.approx(expected, abs=0.02)
         assert len(trace('plan', 'published', 'x')) == 2
+        assert len(made_up_run.outputs[2].estimates) > 1
+        assert len(trace('plan', 'placement_0', 'x')) > 100
+        assert trace('plan', 'placement_1', 'x') == [], 'rivals of a claim'
         go_to(1)
         assert text('status') == 'ambiguous'
         assert 'best placement off by 0.05 m' in text('facts')
