@@ -36,12 +36,13 @@ def check_gyro(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     try:
         R_imu_sensor = seen.tree.mount(topic.frames[0], sensor)[:3, :3]
     except OdometryError as error:
-        yield Finding(
-            Problem.FRAME,
-            topic.frames[0] or seen.imu,
-            f'{error}; the gyroscope on {seen.imu} is not used',
-            'publish where the IMU sits on the robot as a static transform',
-        )
+        if any(each.is_static for each in seen.transforms):  # else nobody places anything here
+            yield Finding(
+                Problem.FRAME,
+                topic.frames[0] or seen.imu,
+                f'{error}; the gyroscope on {seen.imu} is not used',
+                'publish where the IMU sits on the robot as a static transform',
+            )
         return
     if len(poses) <= _FEWEST:
         return
@@ -79,9 +80,11 @@ def _judged(where: str, by_gyro: Array, by_scans: Array, seconds: Array) -> Iter
     """Yield how the turns ``(N, A)`` of a gyroscope differ from those of the scans."""
     offsets = np.einsum('na,ab->nab', seconds, np.eye(seconds.shape[1])).reshape(by_scans.size, -1)
     given = np.column_stack([by_gyro.ravel(), offsets])  # of both, it has less noise
-    share, *offset = np.linalg.lstsq(given, by_scans.ravel(), rcond=None)[0]
+    # What is wrong is fitted, and as small as can be: a steady turn tells no offset from a factor.
+    (more, *offset), *_ = np.linalg.lstsq(given, (by_scans - by_gyro).ravel(), rcond=None)
+    share = 1.0 + more
     left = by_scans.ravel() - given @ [share, *offset]
-    if np.mean(left**2) > _LEFT * np.mean(by_scans**2):
+    if np.mean(left**2) > _LEFT * np.mean(by_scans**2) or not by_gyro.any():
         said = 'no multiple of its turns is those that the scans tell: it has other axes'
         fix = "mend the rotation of the static transform to the IMU, or the driver's axes"
         yield Finding(Problem.GYRO, where, said, f'{fix}; {_NEVER}')

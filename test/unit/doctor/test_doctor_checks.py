@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet.doctor.bias import check_bias
 from fpnet.doctor.examine import examine
+from fpnet.doctor.gyro import check_gyro
 from fpnet.doctor.motion import Motion, check_odometry
 from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks, check_rate
@@ -26,7 +27,7 @@ from fpnet_core.doctor.sensor import (
 )
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.message_types import CLOCK, GRID, ODOMETRY, POINT_CLOUD
+from fpnet_core.io.message_types import CLOCK, GRID, IMU, ODOMETRY, POINT_CLOUD
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drives.recording import make_recording
 from fpnet_lab.sim.drives.visits import RecordingOptions
@@ -69,6 +70,28 @@ def test_scans_of_which_none_has_a_return_are_named(counts, expected):
     empty = [SeenScan('lidar', 0, np.zeros((n, 3), np.float32), None) for n in counts]
     found = check_returns(Observed(1.0, (), '/points', sweeps=tuple(empty)))
     assert [finding.problem for finding in found] == expected
+
+
+@pytest.mark.parametrize(('factor', 'said'), [(1.0, ''), (0.0, 'other axes'), (57.3, 'degrees')])
+def test_a_steady_turn_tells_whether_a_gyroscope_is_right(factor, said):
+    stamps_ns = np.arange(50) * NS_PER_S // 10
+    poses = [(stamp, np.eye(4)) for stamp in stamps_ns.tolist()]
+    for index, (_, T) in enumerate(poses):
+        T[:3, :3] = Rotation.from_euler('z', 0.05 * index).as_matrix()
+    gyro_ns = np.arange(500) * NS_PER_S // 100
+    seen = Observed(
+        5.0,
+        (topic('/imu', IMU, gyro_ns, frames=('imu',)),),
+        transforms=(Transform('imu', 'lidar', np.eye(4), True),),
+        sweeps=(SeenScan('lidar', 0, np.zeros((0, 3), np.float32), None),),
+        imu='/imu',
+        gyro_ns=gyro_ns,
+        gyro_radps=np.tile([0.0, 0.0, 0.5 * factor], (500, 1)),
+    )
+    assert list(check_gyro(replace(seen, transforms=()), poses)) == [], 'no place is told at all'
+    found = list(check_gyro(seen, poses))
+    assert [finding.problem for finding in found] == ([Problem.GYRO] if said else [])
+    assert all(said in finding.said for finding in found)
 
 
 @pytest.mark.parametrize(('factor', 'expected'), [(1.0, []), (100.0, [Problem.UNIT])])
