@@ -80,6 +80,7 @@ class Circumstances:
     rival_storey : another storey, the share of the walls that its best placement explains, and the
         probability of that one
     unsearched : other storeys that are still to be searched
+    unseen_m : length of the drawn walls beyond those seen [m]
     """
 
     walls_m: float
@@ -94,6 +95,7 @@ class Circumstances:
     storey: str = ''
     rival_storey: tuple[str, float, float] | None = None
     unsearched: int = 0
+    unseen_m: float = math.inf
 
 
 def reason_of(verdict: Verdict, look: Circumstances) -> str:
@@ -262,7 +264,7 @@ def _parting(verdict: Verdict, look: Circumstances) -> list[str]:
     Say how much more wall would part the best placement from its rival, if that can be told.
 
     Walls speak in proportion to their length: what the contested ones have gained in log odds is
-    what as many more would gain.
+    what as many more would gain. Nothing is said where the plan has fewer left.
     """
     contested_m = _contested_m(verdict, look.walls_m)
     best, other = verdict.placements.probability[:2]
@@ -274,6 +276,8 @@ def _parting(verdict: Verdict, look: Circumstances) -> list[str]:
     if not 0.0 < more <= _FARTHEST:
         return []
     more_m = max(more * contested_m, 1.0)
+    if more_m > look.unseen_m:
+        return []
     return [f'{metres(more_m)} more of wall where they differ would part them']
 
 

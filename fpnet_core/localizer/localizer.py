@@ -21,8 +21,7 @@ from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.io.scans import Scan
-from fpnet_core.judging import Judge
-from fpnet_core.judging.judge import WORD
+from fpnet_core.judging import WORD, Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
 from fpnet_core.localizer.continuity import Break, Continuity, KnownWalls
 from fpnet_core.localizer.finder import Finder
@@ -31,7 +30,8 @@ from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_state, write_state
 from fpnet_core.localizer.storeys import StoreyPlan, check_weights, prepared_storeys
-from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.localizer.tick import tick
+from fpnet_core.localizer.tick_state import Seen, TickState
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapEvidence, MapSide
 from fpnet_core.segmentation import ScaleEstimate

@@ -5,9 +5,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.raster.morphology import grown
@@ -22,13 +25,18 @@ _BLOCK_M = 1.0  # numerical: strays are told by columns of this edge [m]
 _STRAY_SHARE = 0.03  # blocks with a smaller share of a usual block's points are strays
 _APART_BLOCKS = 1  # blocks this near to one another belong together
 _PART_SHARE = 0.05  # of the largest part's blocks, below which a part is not the building
-_PLANE_SHARE = 0.25  # of the largest layer's ground, from which on a layer is a floor or ceiling
+_PLANE_SHARE = 0.12  # of the largest layer's ground, from which on a layer is a floor or ceiling
 _SAME_PLANE_M = 0.2  # layers nearer than this are one
-_STANDS_OUT = 1.5  # a floor covers so many times as much ground as what stands on it
-_HEADROOM_M = (0.25, 1.9)  # above a floor, where no other large layer is
+_STANDS_OUT = 1.3  # a floor covers so many times as much ground as the layers just above it
+_HEADROOM_M = (0.15, 1.9)  # above a floor, where no other one hides it
+_BELOW = 0.7  # of a ceiling lies below the next floor, of a floor below tables less is seen
+_JUST_ABOVE_M = (0.15, 0.6)  # a floor, where walls begin
 _STANDING_M = (0.5, 1.7)  # above a floor, where walls are
 _LEAST_WALLS = 0.02  # of a floor's ground; a roof has none above
+_WALLS_BEGIN = 0.7  # of what stands on a floor begins just above it at least
 _LOWEST_CEILING_M = 2.1
+_SAME_EDGE = 0.02  # numerical: of a layer; voxels that are larger by less are as large
+_SPACING_POINTS = 50_000  # numerical: points in the middle, whose spacing is measured
 _MOST_COLUMNS = 100_000_000  # numerical: columns times layers
 _MOST_CELLS = 25_000_000  # numerical: of a raster
 
@@ -95,20 +103,30 @@ def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
     """
     Return the storeys of a gravity-aligned cloud ``points (P, 3)`` [m], lowest first.
 
-    A floor is a layer that covers much ground, has walls above it, and headroom before the next
-    such layer; a ceiling with a floor just above has none.
+    A floor is a layer that covers much ground and on which walls stand. Furniture may cover most
+    of it: the lowest such layer is the floor.
 
     Raises
     ------
     CloudFormatError
         If there is no floor.
     """
-    base, ground = _ground_of_layers(points)
+    base, filled = _layers(points)
+    walls = filled.sum(axis=1).astype(np.float64)
+    thick = _around(filled)
+    ground = thick.sum(axis=1).astype(np.float64)
     planes = _planes(ground)
+    # Of layers finer than a cloud's voxels every other one may be empty.
+    window = max(1, math.ceil(spacing_m(points) / _LAYER_M - _SAME_EDGE))
+    walls = sliding_window_view(np.pad(walls, (0, window - 1)), window).max(axis=1)
     floors: list[int] = []
     for layer in planes:
         is_clear = not floors or layer - floors[-1] >= _LOWEST_CEILING_M / _LAYER_M
-        if is_clear and _is_floor(ground, planes, layer):
+        if (
+            is_clear
+            and not _is_ceiling(thick, planes, layer)
+            and _bears_walls(walls, ground[layer], layer)
+        ):
             floors.append(layer)
     if not floors or len(ground) < _STANDING_M[1] / _LAYER_M:
         raise CloudFormatError(
@@ -119,11 +137,11 @@ def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
     return tuple(_storey(base, ground, planes, *each) for each in zip(floors, tops, strict=True))
 
 
-def _ground_of_layers(points: Array) -> tuple[float, Array]:
-    """Return the lowest layer's height [m] and how many columns each layer and its next fill."""
+def _layers(points: Array) -> tuple[float, NDArray[np.bool_]]:
+    """Return the lowest layer's height [m], and which columns each layer fills, ``(L, C)``."""
     low, high = np.quantile(points[:, 2], (0.001, 0.999))
     inside = points[(points[:, 2] >= low - _LAYER_M) & (points[:, 2] <= high + _LAYER_M)]
-    base = float(inside[:, 2].min())
+    base = float(inside[:, 2].min()) - 0.5 * _LAYER_M  # voxels lie in the middle of layers
     corner = inside[:, :2].min(axis=0)
     column = np.floor((inside[:, :2] - corner) / _COLUMN_M).astype(np.int64)
     layer = np.floor((inside[:, 2] - base) / _LAYER_M).astype(np.int64)
@@ -137,11 +155,23 @@ def _ground_of_layers(points: Array) -> tuple[float, Array]:
         )
     is_filled = np.zeros((layers, columns), dtype=np.bool_)
     is_filled[layer, flat] = True
-    # A plane scatters over the layers around it.
-    around = is_filled.copy()
-    around[1:] |= is_filled[:-1]
-    around[:-1] |= is_filled[1:]
-    return base, around.sum(axis=1).astype(np.float64)
+    return base, is_filled
+
+
+def _around(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the columns that each layer or its next fill: a plane scatters over those."""
+    around = filled.copy()
+    around[1:] |= filled[:-1]
+    around[:-1] |= filled[1:]
+    return around
+
+
+def spacing_m(points: Array) -> float:
+    """Return how far neighbours are apart: the edge of the voxels that a cloud was thinned to."""
+    away = np.abs(points - np.median(points, axis=0)).max(axis=1)
+    count = min(_SPACING_POINTS, len(points))
+    near = points[np.argpartition(away, count - 1)[:count]]
+    return float(np.median(cKDTree(near).query(near, k=2)[0][:, 1])) if count > 1 else 0.0
 
 
 def _planes(ground: Array) -> list[int]:
@@ -155,14 +185,36 @@ def _planes(ground: Array) -> list[int]:
     return sorted(planes)
 
 
-def _is_floor(ground: Array, planes: list[int], layer: int) -> bool:
-    low, high = (layer + round(metres / _LAYER_M) for metres in _STANDING_M)
-    standing = float(np.median(ground[low:high])) if high <= len(ground) else 0.0
-    if not _LEAST_WALLS <= standing / ground[layer] <= 1.0 / _STANDS_OUT:
-        return False
+def _is_ceiling(filled: NDArray[np.bool_], planes: list[int], layer: int) -> bool:
+    """
+    Tell whether most of a layer lies below another one without headroom in between.
+
+    That is a ceiling with the next floor on it. Of a floor below tables less is seen.
+    """
     near, far = (layer + metres / _LAYER_M for metres in _HEADROOM_M)
-    above = [ground[other] for other in planes if near <= other <= far]
-    return all(covered < 0.5 * ground[layer] for covered in above)
+    above = [filled[other] for other in planes if near <= other <= far]
+    own = filled[layer]
+    return any(np.count_nonzero(own & each) > _BELOW * np.count_nonzero(own) for each in above)
+
+
+def _bears_walls(walls: Array, ground: float, layer: int) -> bool:
+    """
+    Tell whether walls stand on a layer that covers ``ground`` columns.
+
+    They fill all layers from it upwards: ``walls (L,)`` is how many columns each fills. Between a
+    ceiling and the next floor they are gone.
+    """
+    low, high = (layer + round(metres / _LAYER_M) for metres in _STANDING_M)
+    if high > len(walls):
+        return False
+    standing = float(np.median(walls[low:high]))
+    low, high = (layer + round(metres / _LAYER_M) for metres in _JUST_ABOVE_M)
+    begins = float(walls[low:high].min())
+    return (
+        standing >= _LEAST_WALLS * ground
+        and begins >= _WALLS_BEGIN * standing
+        and ground >= _STANDS_OUT * begins
+    )
 
 
 def _storey(base: float, ground: Array, planes: list[int], floor: int, top: int) -> StoreyHeights:

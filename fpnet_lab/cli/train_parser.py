@@ -31,8 +31,12 @@ def command(
     ] = 1,
     start: Annotated[
         Path | None,
-        typer.Option('--start', metavar='FILE', help='Begin with a walls.safetensors.'),
+        typer.Option('--start', metavar='FILE', help='Begin with a parser.onnx.xz.'),
     ] = None,
+    half: Annotated[
+        bool,
+        typer.Option('--half', help='Half precision: faster on processors that compute bfloat16.'),
+    ] = False,
     held: Annotated[
         int, typer.Option('--held', min=1, help='Sheets of each kind to measure on.')
     ] = 10,
@@ -61,6 +65,7 @@ def command(
         side_px=side,
         workers=workers,
         minutes=minutes,
+        is_half=half,
         seed=seed or 0,
     )
     trainer = ParserTrainer(out, settings, data, device)

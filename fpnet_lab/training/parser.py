@@ -16,7 +16,6 @@ from pathlib import Path
 import time
 from typing import Any
 
-from safetensors.torch import load_file
 import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader
@@ -29,7 +28,7 @@ from fpnet_core.drawings.parsing.network import (
     network_from,
 )
 from fpnet_core.io.pixel_classes import CLASSES
-from fpnet_core.io.weights import write_onnx
+from fpnet_core.io.weights import read_onnx, write_onnx
 from fpnet_lab.pool import START_METHOD
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.optimizer import rate_at
@@ -37,9 +36,10 @@ from fpnet_lab.training.parser_held import held_figures
 from fpnet_lab.training.parser_network import (
     ParserNetwork,
     ParserNetworkConfig,
-    grown,
     onnx_bytes,
     pooled_scale,
+    restored,
+    settle,
     unweighted,
 )
 from fpnet_lab.training.parser_stream import Chunk, ViewStream
@@ -49,6 +49,7 @@ STATE_FILE = 'last.safetensors'
 
 _MIDDLE, _SPREAD = 0.75, 0.25  # given: as fpnet_core.drawings.parsing.network has them
 _SETTLING = 10.0  # steps after which the running mean forgets slowly; chosen
+_SETTLED_ON = 24  # numerical: batches that normalisations of a packaged network count
 _KEPT_CONTEXT = 0.9  # of second looks know what the first one saw; chosen
 _OVERLAY_WEIGHT, _SCALE_WEIGHT = 0.25, 0.08  # of the losses beside that of the classes; chosen
 
@@ -75,6 +76,8 @@ class ParserTraining:
     """Walls, doors and windows are few pixels that decide much."""
     averaged: float = 0.997
     """Of the running mean of weights that is kept is kept by each step."""
+    is_half: bool = False
+    """Compute in half precision on a processor, too."""
     save_every: int = 250
     seed: int = 0
 
@@ -149,13 +152,11 @@ class ParserTrainer:
             group['lr'] = rate_at(
                 round(done * config.steps), config.steps, config.learning_rate, config.warmup
             )
-        moved = (each.to(self.device, non_blocking=True) for each in _fields(batch))
-        pixels, answers, theta, scale = moved
-        seen = (varied(pixels, self.generator) - _MIDDLE) / _SPREAD
         self.network.train()
-        with torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == 'cuda'):
-            picture = self._with_context(seen, theta)
-            logits, places = self.network(picture)
+        is_half = config.is_half or self.device.type == 'cuda'
+        with torch.autocast(self.device.type, torch.bfloat16, enabled=is_half):
+            logits, places = self.network(self._picture(batch))
+        answers, scale = (self._moved(each) for each in (batch.answers, batch.scale))
         loss = self._loss(logits.float(), pooled_scale(places.float()), answers, scale)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
@@ -164,6 +165,14 @@ class ParserTrainer:
         self.step += 1
         self._average()
         return loss.detach()
+
+    def _moved(self, values: Tensor) -> Tensor:
+        return values.to(self.device, non_blocking=True)
+
+    def _picture(self, batch: Chunk) -> Tensor:
+        """Return the network's input (2 B, CHANNELS, S, S) of ``B`` pairs of views."""
+        pixels, theta = self._moved(batch.pixels), self._moved(batch.theta)
+        return self._with_context((varied(pixels, self.generator) - _MIDDLE) / _SPREAD, theta)
 
     def _with_context(self, seen: Tensor, theta: Tensor) -> Tensor:
         """Return the input (2 B, CHANNELS, S, S): first looks, then second ones with context."""
@@ -216,11 +225,19 @@ class ParserTrainer:
         seconds = round(time.monotonic() - self.begun)
         return {'step': self.step, 'loss': loss, 'seconds': seconds}
 
-    def start_from(self, walls: Path) -> None:
-        """Begin with the network of walls that was trained before; see :func:`grown`."""
-        tensors = {name: tensor.float() for name, tensor in load_file(walls).items()}
-        grown(tensors, self.network, torch.tensor(self.config.class_weights).log())
-        self.mean.load_state_dict(self.network.state_dict())
+    def start_from(self, path: Path | None) -> None:
+        """
+        Begin with a packaged network: that at ``path``, or the one that ships.
+
+        Raises
+        ------
+        WeightsError
+            If the file is unusable.
+        """
+        data, _ = read_onnx(path, PARSER_SCHEMA, PARSER_NAME)
+        restored(data, self.mean, self.config.class_weights)
+        settle(self.mean, (self._picture(batch) for batch in islice(self._batches(), _SETTLED_ON)))
+        self.network.load_state_dict(self.mean.state_dict())
 
     def write(self, facts: dict[str, Any], held: int) -> Path:
         """

@@ -12,12 +12,15 @@ Letters: ``B`` pictures of ``H`` by ``W`` pixels, ``C`` channels.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+import onnx
+from onnx import numpy_helper
 import torch
 from torch import Tensor, nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
@@ -31,6 +34,7 @@ OVERLAYS = ('text', 'furniture')
 ANSWERS = len(CLASSES) + len(OVERLAYS)
 """Given: logits for each pixel: one of the classes, and each overlay for itself."""
 
+_LEAST_VARIANCE = 1e-6  # numerical: a channel that never changes is not made larger
 _PER_ANSWER = 4  # given: the last layer answers for each pixel of a block of two by two
 
 
@@ -57,6 +61,12 @@ class _ConvNorm(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         x = self.norm(self.conv(x))
         return torch.relu(x) if self.is_active else x
+
+    @property
+    def batch_norm(self) -> nn.BatchNorm2d:
+        """The normalisation, before it is folded."""
+        assert isinstance(self.norm, nn.BatchNorm2d)
+        return self.norm
 
     def fold(self) -> None:
         """Fold the normalisation into the convolution, in place; for inference only."""
@@ -164,43 +174,74 @@ def _rounded(value: Tensor) -> Tensor:
     return value.half().float() if value.is_floating_point() else value
 
 
-def unweighted(state: Mapping[str, Tensor], class_weights: tuple[float, ...]) -> dict[str, Tensor]:
-    """Return a state whose probabilities are those of pixels that weigh the same."""
+def unweighted(
+    state: Mapping[str, Tensor], class_weights: tuple[float, ...], times: float = 1.0
+) -> dict[str, Tensor]:
+    """
+    Return a state whose probabilities are those of pixels that weigh the same.
+
+    ``times`` -1 undoes that.
+    """
     weights = np.ones(ANSWERS)
     weights[: len(CLASSES)] = class_weights
-    each = torch.tensor(np.log(weights), dtype=torch.float32).repeat_interleave(_PER_ANSWER)
+    logs = torch.tensor(times * np.log(weights), dtype=torch.float32)
+    each = logs.repeat_interleave(_PER_ANSWER)
     return {k: v - each if k == 'head.bias' else v for k, v in state.items()}
 
 
-def grown(walls: Mapping[str, Tensor], network: ParserNetwork, log_weights: Tensor) -> None:
+def restored(onnx_data: bytes, network: ParserNetwork, class_weights: tuple[float, ...]) -> None:
     """
-    Begin with the network of walls that was trained before, in place.
+    Give ``network`` the weights of what :func:`onnx_bytes` wrote, in place; inverse of that.
 
-    It had one look, five levels and no other answers. What is new adds nothing at first, so that
-    the answers for classes are those of that network.
-
-    Parameters
-    ----------
-    walls : tensors of its file ``walls.safetensors`` (commit 450c2a4)
-    network : of the default layout
-    log_weights : (K,), of the classes in training
+    Normalisations have been folded into convolutions: each is the identity, until
+    :func:`settle` knows what it normalises. ``class_weights`` are those of training.
     """
+    tensors = {
+        each.name: torch.from_numpy(numpy_helper.to_array(each).copy())
+        for each in onnx.load_from_string(onnx_data).graph.initializer
+    }
+    for name, layer in _normalised(network).items():
+        bias = tensors.pop(f'{name}.conv.bias')
+        ones = torch.ones_like(bias)
+        identity = {
+            'weight': ones,
+            'bias': bias,
+            'running_mean': 0.0 * ones,
+            'running_var': (1.0 - layer.batch_norm.eps) * ones,
+        }
+        tensors |= {f'{name}.norm.{part}': value for part, value in identity.items()}
+    network.load_state_dict(network.state_dict() | unweighted(tensors, class_weights, -1.0))
+
+
+@torch.no_grad()
+def settle(network: ParserNetwork, pictures: Iterable[Tensor]) -> None:
+    """Let normalisations of a restored network count ``pictures``; its answers stay."""
+    layers = _normalised(network)
+    counted: dict[str, list[Tensor]] = {name: [] for name in layers}
+
+    def watch(name: str) -> Callable[[nn.Module, Any, Tensor], None]:
+        def count(_: nn.Module, __: Any, x: Tensor) -> None:
+            each = x.float()
+            moments = each.mean((0, 2, 3)), each.square().mean((0, 2, 3))
+            counted[name].append(torch.stack(moments))
+
+        return count
+
+    hooks = [layer.conv.register_forward_hook(watch(name)) for name, layer in layers.items()]
+    for picture in pictures:
+        network.eval()(picture)
+    for hook in hooks:
+        hook.remove()
     state = network.state_dict()
-    for name, value in walls.items():
-        parts = name.split('.')
-        if parts[0] == 'down' and parts[2] == '1':
-            parts = ['down', parts[1], str(1 + int(parts[3])), *parts[4:]]
-        elif parts[0] in {'lift', 'up'}:
-            parts[1] = str(int(parts[1]) + 1)
-        target = state['.'.join(parts)]
-        with torch.no_grad():
-            if target.shape == value.shape:
-                target.copy_(value)
-            else:  # more inputs, or more answers
-                target.zero_()
-                target[tuple(slice(side) for side in value.shape)] = value.float()
-    each = log_weights.repeat_interleave(_PER_ANSWER)
-    state['head.bias'][: len(each)] += each
-    for name in ('lift.0.norm.weight', 'up.0.0.second.norm.weight'):
-        state[name].zero_()
+    for name, told in counted.items():
+        mean, square = torch.stack(told).mean(dim=0)
+        spread = (square - mean.square()).clamp(min=_LEAST_VARIANCE).sqrt()
+        state[f'{name}.conv.weight'] = state[f'{name}.conv.weight'] / spread[:, None, None, None]
+        state[f'{name}.norm.weight'] = spread
+        state[f'{name}.norm.running_mean'] = mean / spread
+        state[f'{name}.norm.bias'] = state[f'{name}.norm.bias'] + mean
     network.load_state_dict(state)
+
+
+def _normalised(network: ParserNetwork) -> dict[str, _ConvNorm]:
+    return {name: each for name, each in network.named_modules() if isinstance(each, _ConvNorm)}

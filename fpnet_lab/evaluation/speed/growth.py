@@ -18,7 +18,8 @@ from fpnet_core.judging import Judge
 from fpnet_core.localizer import Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.sides import StageTimer
-from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.localizer.tick import tick
+from fpnet_core.localizer.tick_state import Seen, TickState
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput, Submap
 from fpnet_lab.evaluation.speed.aims import AIM_M2, AIM_TICK_S

@@ -107,6 +107,11 @@ def test_a_tie_says_how_much_more_wall_would_part_the_two():
     )
 
 
+def test_more_wall_than_the_plan_has_left_is_not_asked_for():
+    found = verdict([HERE, NORTH], [0.8, 0.16], [0.91, 0.88], none=0.04, contested_m=10.0)
+    assert 'part them' not in reason_of(found, replace(LOOK, unseen_m=18.0))
+
+
 @pytest.mark.parametrize(
     'change',
     [

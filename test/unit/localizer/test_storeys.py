@@ -24,7 +24,8 @@ from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.localizer.storeys import prepared_storeys, weights_of_word, with_priors
-from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.localizer.tick import tick
+from fpnet_core.localizer.tick_state import Seen, TickState
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, Status
 

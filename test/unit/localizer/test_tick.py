@@ -21,7 +21,8 @@ from fpnet_core.localizer import Finder, Localizer
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import StageTimer
-from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.localizer.tick import tick
+from fpnet_core.localizer.tick_state import Seen, TickState
 from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import SubmapBuilder

@@ -16,6 +16,7 @@ from fpnet_core.types import FREE, OCCUPIED
 
 WIDTH, DEPTH, HEIGHT, LINTEL, STEP = 5.0, 4.0, 2.6, 2.05, 0.04
 DOOR_Y = (1.5, 2.4)
+SIDE = 0.8  # of a piece of furniture
 
 
 def sheet(x, y, z):
@@ -118,11 +119,47 @@ def test_storeys_are_told_apart_by_their_floors(caplog):
         rooms_of(cloud, 3)
 
 
-def test_tables_everywhere_are_no_storey():
-    desks = [
-        sheet((x, x + 1.6), (y, y + 0.8), (0.75, 0.75)) for x in (0.5, 2.7) for y in (0.5, 2.2)
-    ]
-    (level,) = find_storeys(np.concatenate([storey(rooms=1), *desks]))
+def crowded(points, share, seed=3):
+    """Return a storey in which furniture of several heights covers a share of the floor."""
+    rng = np.random.default_rng(seed)
+    length = float(points[:, 0].max())
+    pieces = []
+    for x in np.arange(0.2, length - SIDE, SIDE):
+        for y in np.arange(0.2, DEPTH - SIDE, SIDE):
+            if rng.random() > share:
+                continue
+            top = 0.74 if rng.random() < 0.8 else rng.uniform(1.1, 1.9)
+            below = (points[:, :2] > (x, y)).all(axis=1) & (points[:, 2] < top - 0.1)
+            below &= (points[:, :2] < (x + SIDE, y + SIDE)).all(axis=1)
+            points = points[~below]
+            pieces.append(sheet((x, x + SIDE), (y, y + SIDE), (top, top)))
+            pieces += [sheet((side, side), (y, y + SIDE), (0.05, top)) for side in (x, x + SIDE)]
+    return np.concatenate([points, *pieces])
+
+
+@pytest.mark.parametrize('share', [0.3, 0.5, 0.65])
+@pytest.mark.parametrize('with_ceiling', [False, True])
+def test_furniture_that_hides_most_of_the_floor_is_no_storey(share, with_ceiling):
+    (level,) = find_storeys(crowded(storey(3, with_ceiling), share))
+    assert level.floor_m == pytest.approx(0.0, abs=0.08)
+
+
+@pytest.mark.parametrize('slab', [0.2, 0.35, 1.4])
+@pytest.mark.parametrize('has_facade', [False, True])
+def test_a_ceiling_with_the_next_floor_on_it_is_no_floor(slab, has_facade):
+    low, high = (crowded(storey(2, seed=seed), 0.5) for seed in (0, 1))
+    facade = sheet((0, 2.0 * WIDTH), (0, 0), (HEIGHT, HEIGHT + slab)) if has_facade else low[:0]
+    cloud = np.concatenate([low, high + np.array([0.0, 0.0, HEIGHT + slab]), facade])
+    found = find_storeys(cloud)
+    np.testing.assert_allclose([each.floor_m for each in found], [0.0, HEIGHT + slab], atol=0.1)
+
+
+@pytest.mark.parametrize('height', [-0.5, -1.0])
+def test_lower_ground_around_a_building_is_not_its_floor(height):
+    ground = sheet((-3.0, 2.0 * WIDTH + 3.0), (-3.0, DEPTH + 3.0), (height, height))
+    inside = (ground[:, :2] > -0.3).all(axis=1)
+    inside &= (ground[:, :2] < (2.0 * WIDTH + 0.3, DEPTH + 0.3)).all(axis=1)
+    (level,) = find_storeys(np.concatenate([storey(), ground[~inside]]))
     assert level.floor_m == pytest.approx(0.0, abs=0.08)
 
 

@@ -15,9 +15,10 @@ from fpnet_lab.training.parser import STATE_FILE, ParserTrainer, ParserTraining
 from fpnet_lab.training.parser_network import (
     ParserNetwork,
     ParserNetworkConfig,
-    grown,
     onnx_bytes,
     pooled_scale,
+    restored,
+    settle,
     unweighted,
 )
 from fpnet_lab.training.parser_samples import (
@@ -139,33 +140,28 @@ def test_weights_of_rare_classes_are_taken_out_again():
     np.testing.assert_allclose(bias[20:], 0.0, atol=1e-6)
 
 
-def test_a_network_that_is_grown_answers_as_before():
-    """More levels, inputs and answers add nothing at first."""
-    small = ParserNetwork(ParserNetworkConfig())
-    state = small.state_dict()
-    walls = {}
-    for name, value in state.items():
-        parts = name.split('.')
-        if parts[0] == 'down':
-            if parts[1] == '4':
-                continue
-            if parts[2] != '0':
-                parts[2:3] = ['1', str(int(parts[2]) - 1)]
-        if parts[0] in {'lift', 'up'}:
-            if parts[1] == '0':
-                continue
-            parts[1] = str(int(parts[1]) - 1)
-        if parts[0] != 'scale_head':
-            walls['.'.join(parts)] = value
-    walls['stem.conv.weight'] = walls['stem.conv.weight'][:, :3]
-    walls = {k: v[:20] if k.startswith('head') else v for k, v in walls.items()}
-    large = ParserNetwork(ParserNetworkConfig())
-    grown(walls, large, torch.zeros(len(CLASSES)))
-    pictures = [torch.zeros(1, 9, 64, 64) for _ in range(2)]
-    pictures[1][:, 3:] = 1.0  # an earlier answer
+def test_a_packaged_network_learns_on_with_the_same_answers():
+    """Normalisations that were folded away come back, and count what they see."""
+    torch.manual_seed(1)
+    first = ParserNetwork(ParserNetworkConfig())
+    pictures = [torch.randn(2, 9, 64, 64) for _ in range(3)]
     with torch.no_grad():
-        first, second = (large.eval()(picture)[0][:, :5] for picture in pictures)
-    assert torch.equal(first, second)
+        for picture in pictures:
+            first.train()(picture)
+        packaged = ParserNetwork(ParserNetworkConfig())
+        weights = (0.8, 1.0, 2.5, 4.0, 3.0)
+        packaged.load_state_dict(unweighted(first.state_dict(), weights))
+        again = ParserNetwork(ParserNetworkConfig())
+        restored(onnx_bytes(packaged), again, weights)
+        before, after = (each.eval()(pictures[0]) for each in (first, again))
+        settle(again, pictures)
+        settled = again.eval()(pictures[0])
+    for one, two, three in zip(before, after, settled, strict=True):
+        torch.testing.assert_close(two, one, atol=2e-2, rtol=1e-2)  # half precision
+        torch.testing.assert_close(three, two, atol=1e-3, rtol=1e-3)
+    norm = again.stem.norm
+    assert norm.running_mean.abs().max() > 0.0
+    assert not torch.equal(norm.weight, torch.ones_like(norm.weight))
 
 
 def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch):
