@@ -20,6 +20,7 @@ from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.whereabouts import Placing
 from fpnet_core.io.topic_names import TF_TOPIC
+from fpnet_core.localizer.guidance import NextLook
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
@@ -37,6 +38,7 @@ from msg_adapters.markers import (
     markers_to_msg,
     match_markers,
     region_markers,
+    way_markers,
 )
 from msg_adapters.poses import path_to_msg, pose_to_msg, uncertain_pose_to_msg
 from msg_adapters.transforms import transform_to_msg
@@ -49,12 +51,14 @@ class Moment:
     """
     All that is published together: one output, the frames of its floorplan, and the newest scan.
 
-    ``frame`` is None where the floorplan is another one by now than the output's.
+    ``frame`` is None where the floorplan is another one by now than the output's; ``look`` is
+    where to look next, None where a claim stands or nobody knows.
     """
 
     snapshot: Snapshot
     frame: MapFrame | None
     scan: LocatedScan | None
+    look: NextLook | None = None
 
     @classmethod
     def of(cls, snapshot: Snapshot, frame: MapFrame | None, scan: LocatedScan | None) -> Moment:
@@ -206,7 +210,7 @@ class LocalizerOutputs:
         self._submap.publish(grid_to_msg(grid, submap.stamp_ns, placing.tf_frame))
 
     def _publish_markers(self, moment: Moment, frame: MapFrame, scan: LocatedScan) -> None:
-        """Publish rooms, doors, edges, matches and hypotheses."""
+        """Publish rooms, doors, edges, matches, hypotheses and where to look next."""
         if not self._markers.get_subscription_count():
             return
         output, plan, A_map_plan = moment.output, moment.snapshot.plan, frame.A_map_plan
@@ -229,6 +233,9 @@ class LocalizerOutputs:
             markers += hypothesis_markers(
                 output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
             )
+        if moment.look is not None:
+            way = _T_tf_odom(scan.placing).apply(moment.look.way_odom)
+            markers += way_markers(way, stamp_ns, scan.placing.tf_frame)
         self._markers.publish(markers_to_msg(markers))
 
 

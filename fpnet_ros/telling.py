@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from threading import Lock
 from typing import Any
 
 from fpnet_core.config import ScalePolicy
 from fpnet_core.doctor import Finding
 from fpnet_core.errors import FpnetError
+from fpnet_core.localizer.guidance import NextLook, next_look
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.stamps import NS_PER_S
@@ -89,9 +91,12 @@ class Telling:
         if frame is not None and A_plan_odom is not None:
             self._show(frame.followed(A_plan_odom))
         moment = self._publish_moment()  # the tick may have found the robot after its newest scan
+        moment = replace(moment, look=_look(moment))
         report = self._storeys.noted(
             self._health.report(moment.output, self._settings().stale_input_s)
         )
+        if moment.look is not None:
+            report = replace(report, look=moment.look.words)
         self.told = report
         self._statuses.tell(report)
         self._out.publish_status(report)
@@ -148,3 +153,11 @@ class Telling:
 
     def _now_ns(self) -> int:
         return self._node.get_clock().now().nanoseconds
+
+
+def _look(moment: Moment) -> NextLook | None:
+    """Return where to look next; None where a claim stands, or nobody knows."""
+    plan, scan = moment.snapshot.plan, moment.scan
+    if plan is None or scan is None:
+        return None
+    return next_look(plan.nominal.evidence, moment.output, scan.T_odom_base)

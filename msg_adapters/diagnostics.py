@@ -30,6 +30,7 @@ _NEXT = {
     Status.LOCALIZED: '',
 }
 _DRIVE_ON = 'drive on'
+_LOOKED_INTO = (None, CauseKind.TOO_LITTLE, CauseKind.SELF_SIMILAR)  # by another look
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class LocalizerReport:
 
     ``is_mirrored`` says that only the mirror image fits. ``warning`` says what is wrong
     beside the status, as scans that are dropped; empty: nothing. ``causes`` are the likely ones
-    of having no pose; ``outdated`` says where the drawing is out of date around a pose.
+    of having no pose; ``outdated`` says where the drawing is out of date around a pose, and
+    ``look`` where to look next without one.
     """
 
     status: Status
@@ -51,6 +53,7 @@ class LocalizerReport:
     warning: str = ''
     causes: tuple[Cause, ...] = ()
     outdated: str = ''
+    look: str = ''
 
     @property
     def is_trouble(self) -> bool:
@@ -61,9 +64,12 @@ class LocalizerReport:
     @property
     def next(self) -> str:
         """What to do: about the likeliest cause of having no pose; empty with one."""
-        if self.causes and self.status is not Status.LOCALIZED:
-            return self.causes[0].next
-        return _NEXT.get(self.status, _DRIVE_ON)
+        if self.status is Status.LOCALIZED:
+            return ''
+        kind = self.causes[0].kind if self.causes else None
+        if self.look and kind in _LOOKED_INTO:
+            return self.look
+        return self.causes[0].next if self.causes else _NEXT.get(self.status, _DRIVE_ON)
 
     @property
     def said(self) -> str:
@@ -109,6 +115,7 @@ def report_to_msg(report: LocalizerReport, name: str) -> Any:
         'mirrored': _TRUE if report.is_mirrored else _FALSE,
         'warning': report.warning,
         'outdated': report.outdated,
+        'look': report.look,
         'causes': json.dumps([cause.as_json() for cause in report.causes]),
     }
     level = _LEVELS[report.status]
@@ -137,6 +144,7 @@ def report_from_msg(msg: Any) -> LocalizerReport:
             is_mirrored=entries.pop('mirrored') == _TRUE,
             warning=entries.pop('warning'),
             outdated=entries.pop('outdated'),
+            look=entries.pop('look'),
             causes=_causes_from_json(entries.pop('causes')),
             values={key: float(value) for key, value in entries.items()},
         )

@@ -23,6 +23,7 @@ _ROOM, _DOOR, _EDGE = (0.2, 0.4, 0.8, 0.9), (0.9, 0.5, 0.1, 1.0), (0.4, 0.4, 0.4
 _SEEN_ROOM, _SEEN_DOOR = (0.1, 0.7, 0.3, 1.0), (0.95, 0.8, 0.1, 1.0)
 _UNSURE, _SURE = np.array((0.9, 0.1, 0.1)), np.array((0.1, 0.8, 0.2))
 _BEST, _RIVAL = (0.85, 0.1, 0.85), (0.6, 0.6, 0.6)
+_WAY = (0.1, 0.5, 1.0, 0.9)
 _THIN_M, _THICK_M, _ABOVE_M = 0.06, 0.15, 0.05  # line widths; height over the drawing
 _ARROW_M = (1.2, 0.25, 0.25)  # length, width, height
 
@@ -109,6 +110,12 @@ def hypothesis_markers(
         marker.color = _color((*rgb, float(np.clip(estimate.score, 0.2, 1.0))))
         markers.append(marker)
     return _stamped(markers, stamp_ns, frame_id)
+
+
+def way_markers(way: Array, stamp_ns: int, frame_id: str) -> list[Any]:
+    """Return the way (P, 2) to where a robot should look next."""
+    ends = np.stack([way[:-1], way[1:]], axis=1).reshape(-1, 2)
+    return _stamped([_lines('next_look', ends, _WAY, _THICK_M)], stamp_ns, frame_id)
 
 
 def markers_to_msg(markers: list[Any]) -> Any:

@@ -101,6 +101,13 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+EXPLORED = {
+    'buildings': 20,
+    'localised': 0.75,
+    'mean_m': 9.5,
+    'median_m': 6.0,
+    'wrong': 0,
+}
 WALK = {
     'walks': 20,
     'first_m': 2.0,
@@ -413,6 +420,13 @@ REPORTS = {
             'kiss_icp': WALK,
         },
         'log': {'scans': WALK | {'path': 1.1}, 'kiss_icp': WALK | {'path': 30.0}},
+    },
+    'guidance': lambda: {
+        'policies': {
+            'advice': EXPLORED,
+            'nearest': EXPLORED,
+            'random': EXPLORED | {'mean_m': 20.0},
+        }
     },
     'clean_ends': lambda: {'when': {'running': ENDED, 'starting': ENDED | {'clean': 24}}},
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},

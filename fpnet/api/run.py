@@ -24,7 +24,7 @@ from fpnet_core.doctor.sensor import MountVotes
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.posed_scans import PosedScans
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan, ScanSource
@@ -34,6 +34,7 @@ from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.findings import Sensed
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
+from fpnet_core.localizer.guidance import NextLook, next_look
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry import GuidedOdometry
 from fpnet_core.sites import Site, Storey
@@ -203,6 +204,16 @@ class Run:
     def outdated(self) -> Outdated | None:
         """How far the plan is out of date where the robot is at the end; None unless it is."""
         return None if self.differences is None else outdated_here(self.last, self.differences)
+
+    @property
+    def next_look(self) -> NextLook | None:
+        """Where to look next; None where the robot is localized, or no look would tell more."""
+        plan, path = self._localizer.snapshot.plan, self.result.odometry
+        if plan is None or not len(path):
+            return None
+        (x, y), yaw = path.xy[-1].tolist(), float(path.yaw[-1])
+        at = SE2.from_xy_yaw(x, y, yaw).as_matrix4()
+        return next_look(plan.nominal.evidence, self.last, at)
 
     def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
         """

@@ -200,6 +200,7 @@ class _Ended:
             'probability': round(last.probability, 4),
             'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
+            'next_look': None if self.run.next_look is None else self.run.next_look.as_json(),
             'outdated': None if self.run.outdated is None else self.run.outdated.as_json(),
             'scans': len(result.odometry),
             'rejected_scans': result.rejected_scans,
@@ -267,6 +268,8 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     seen = '' if out is None else f'; see {out / common.REPORT_NAME}'
     common.say(f'{ended.summary}{seen}', json_path)
     common.say_causes(ended.causes, json_path)
+    if ended.run.next_look is not None:
+        common.say(f'where to look next: {ended.run.next_look.words}', json_path)
 
 
 def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:

@@ -43,6 +43,19 @@ def test_every_status_survives_the_round_trip(received, status):
     assert report.values == {'total_ms': 41.5, 'hypotheses': 0.0, 'dropped_scans': 3.0}
 
 
+@pytest.mark.parametrize(
+    ('kind', 'is_said'),
+    [(None, True), (CauseKind.TOO_LITTLE, True), (CauseKind.SELF_SIMILAR, True),
+     (CauseKind.SCALE, False)],
+)  # fmt: skip
+def test_a_look_is_what_to_do_next_where_more_of_it_helps(kind, is_said):
+    causes = () if kind is None else (Cause(kind, 'so', 'fpnet localize'),)
+    output = LocalizerOutput(0, Status.AMBIGUOUS, causes=causes)
+    report = replace(report_of_output(output), look='drive 3 m ahead')
+    assert report_from_msg(report_to_msg(report, '')).look == 'drive 3 m ahead'
+    assert report.next == ('drive 3 m ahead' if is_said else 'fpnet localize')
+
+
 def test_only_trouble_raises_the_level():
     levels = {
         status: report_to_msg(report_of_output(LocalizerOutput(0, status, reason='so')), '').level

@@ -17,6 +17,7 @@ from msg_adapters.markers import (
     markers_to_msg,
     match_markers,
     region_markers,
+    way_markers,
 )
 
 A_MAP_PLAN = Affine2D(np.diag([0.9, 1.1]), np.zeros(2))
@@ -74,3 +75,11 @@ def test_hypotheses_show_where_the_robot_would_be():
     assert best.pose.orientation.z == pytest.approx(np.sqrt(0.5))
     assert best.color.a > rival.color.a
     assert (best.id, rival.id) == (0, 1)
+
+
+def test_a_way_is_a_line_from_its_beginning_to_its_end():
+    way = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
+    (marker,) = way_markers(way, 7, 'odom')
+    assert (marker.ns, marker.header.frame_id) == ('next_look', 'odom')
+    np.testing.assert_allclose(_xy(marker), way[[0, 1, 1, 2]])
+    assert way_markers(way[:1], 7, 'odom') == []

@@ -100,6 +100,18 @@ def test_tf_is_repeated_quickly_for_a_time_to_come(robot):
     assert stamps[-1] <= began_ns + ran_ns + TOLERANCE_NS
 
 
+def test_before_it_has_a_pose_it_says_where_to_look_next(robot):
+    reports = [report_from_msg(msg) for msg in robot.statuses]
+    told = [report for report in reports if report.look]
+    assert told
+    assert all(report.status is not Status.LOCALIZED for report in told)
+    assert all(report.look.startswith('drive ') for report in told)
+    ways = [m for array in robot.markers for m in array.markers if m.ns == 'next_look']
+    assert ways
+    assert {way.header.frame_id for way in ways} == {'odom'}
+    assert not any(marker.ns == 'next_look' for marker in robot.markers[-1].markers)
+
+
 def test_what_it_has_seen_and_thinks_is_drawn(robot):
     done = lambda: robot.markers and robot.submaps and robot.paths and robot.scaled  # noqa: E731
     assert robot.step_until(done)

@@ -209,6 +209,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'faults': runs.faults,
     'clean_ends': runs.clean_ends,
     'walks': runs.walks,
+    'guidance': runs.guidance,
     'speed': runs.speed,
     'sites': sites,
     'segmentation': rooms.segmentation,

@@ -36,6 +36,18 @@ _DEMO = (  # numerical: digits
     Column('tick p50', 'tick_ms_p50', Units.MS.in_title(2, '-')),
     Column('tick p95', 'tick_ms_p95', Units.MS.in_title(2, '-')),
 )
+_BY_ADVICE, _AT_RANDOM = 'by advice', 'any edge of what was seen'
+_POLICIES = {
+    _BY_ADVICE: 'advice', 'the nearest edge of what was seen': 'nearest', _AT_RANDOM: 'random',
+}  # fmt: skip
+_EXPLORED = (  # numerical: digits
+    Column('goes', 'name'),
+    Column('buildings', 'buildings', _COUNT),
+    Column('localised', 'localised', Units.SHARE),
+    Column('driven until then, mean', 'mean_m', Units.PATH),
+    Column('median', 'median_m', Units.PATH),
+    Column('wrong', 'wrong', _COUNT),
+)
 _TO_FIRST = (('time_to_first_pose_s', Units.SECONDS), ('path_to_first_pose_m', Units.METRES))
 _FIRST = together(*((key, unit.to(0)) for key, unit in _TO_FIRST))  # numerical: digits
 _ERROR = (('median_position_error_m', Units.METRES), ('median_yaw_error_deg', Units.DEGREES))
@@ -288,6 +300,13 @@ def faults(report: Row) -> Figures:
 def clean_ends(report: Row) -> Figures:
     """Return how nodes end at two signals, by what they were doing."""
     return {'': Table.of(_ENDS, named(report['when']))}, {}
+
+
+def guidance(report: Row) -> Figures:
+    """Return how far robots drive until they are localised, by how they choose their way."""
+    rows = {title: report['policies'][key] for title, key in _POLICIES.items()}
+    share = rows[_BY_ADVICE]['mean_m'] / rows[_AT_RANDOM]['mean_m']
+    return {'': Table.of(_EXPLORED, named(rows))}, {'of_random': Units.NUMBER.text(share)}
 
 
 def walks(report: Row) -> Figures:

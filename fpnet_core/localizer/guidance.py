@@ -1,0 +1,193 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where a robot should look next: the place whose view tells the most placements apart.
+
+Every placement predicts what would be seen from a place: its drawn walls, as far as they have not
+been looked at. Where predictions differ, a look tells which of them is right, and "none of these"
+as well, whose walls nobody can predict. A place is worth the information that its view is expected
+to bring, in nats, by the way to it: through floor that was seen, and beyond it through what the
+best placement has drawn there. It is next-best-view exploration (Connolly, 1985), with
+hypotheses of the place in lieu of a map's unknown cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fpnet_core.geometry import SE2, Placements
+from fpnet_core.localizer.ways import ground_around
+from fpnet_core.pose import MapEvidence
+from fpnet_core.raster.rays import run_lengths, values_at
+from fpnet_core.types import UNKNOWN, LocalizerOutput, Status, Submap
+
+Array = NDArray[np.float64]
+
+_MOST_PLACEMENTS = 6  # numerical: placements that are compared
+_VIEW_M, _RAYS = 8.0, 48  # numerical: how far and into how many directions a view is predicted
+_BEEN_M = 1.0  # physical: from places nearer to the path the same is seen
+_SAME_M = 0.4  # physical: ranges that differ by less do not part placements: drawings are so rough
+# Chosen, not measured:
+_NATS_PER_M = 1.0  # what a metre of wall tells that one placement draws and another does not
+_MOST_NATS = 6.0  # no view tells more
+_FOREIGN_SHARE = 0.5  # of predicted walls stand in another building, too, by chance
+_SETUP_M = 3.0  # a place is worth its gain by the way to it and this
+_LEAST_NATS = 0.05  # less is not worth a way
+_RIVAL_SHARE = 0.1  # of the best placement's probability, from which on another is a rival
+_DOUBT = 0.1  # of a place without rivals: it is sure after one look more, wherever from
+_TINY = 1e-12  # numerical: no logarithm of nothing
+
+_SECTORS = (
+    'ahead', 'ahead on the left', 'on the left', 'behind on the left', 'behind',
+    'behind on the right', 'on the right', 'ahead on the right',
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class NextLook:
+    """
+    Where a robot that is not localized should look next.
+
+    ``way_odom (P, 2)`` leads there from the robot, over ``way_m``; the view from its end is
+    expected to tell ``gain_nats`` of where the robot is. ``words`` say so.
+    """
+
+    way_odom: Array
+    way_m: float
+    gain_nats: float
+    words: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what JSON says of it."""
+        return {
+            'words': self.words,
+            'way_m': round(self.way_m, 2),
+            'gain_nats': round(self.gain_nats, 3),
+            'way_odom': np.round(self.way_odom, 2).tolist(),
+        }
+
+
+def next_look(
+    plan: MapEvidence, output: LocalizerOutput, T_odom_base: NDArray[np.float64]
+) -> NextLook | None:
+    """
+    Return the place to look from next; None where a claim stands, or no look would tell anything.
+
+    Parameters
+    ----------
+    plan : evidence of the floorplan that ``output`` is on, nominal metres
+    output : of the last tick
+    T_odom_base : (4, 4), where the robot is
+    """
+    submap, placed = output.submap, output.estimates.take(slice(_MOST_PLACEMENTS))
+    if output.status is Status.LOCALIZED or submap is None or not placed.probability.any():
+        return None
+    base = submap.T_odom_submap.inv() @ SE2.from_matrix4(T_odom_base)
+    ground = ground_around(submap, base.translation, (plan, placed[0].A_plan_submap))
+    ways = ground.ways(base.translation)
+    index = ground.lattice(ways)
+    index = index[_is_new(ground.xy(index), submap)]
+    if not len(index):
+        return None
+    gains, among = _gains(plan, submap, placed, ground.xy(index))
+    best = int(np.argmax(gains / (ways.length_m[index] + _SETUP_M)))
+    if gains[best] < _LEAST_NATS:
+        return None
+    way_m, way = float(ways.length_m[index[best]]), ground.xy(ways.to(int(index[best])))
+    corner = base.inv().apply(ground.straight(way))
+    return NextLook(
+        way_odom=submap.T_odom_submap.apply(way),
+        way_m=way_m,
+        gain_nats=float(gains[best]),
+        words=f'{_where(way_m, corner)}: {_why(placed, float(among[best]))}',
+    )
+
+
+def _is_new(xy: Array, submap: Submap) -> NDArray[np.bool_]:
+    """Tell which places (K, 2) the robot has not been at: what it missed there stays hidden."""
+    if not len(xy) or not len(submap.path_xy):
+        return np.ones(len(xy), np.bool_)
+    return np.asarray(cKDTree(submap.path_xy).query(xy)[0] > _BEEN_M)
+
+
+def _gains(
+    plan: MapEvidence, submap: Submap, placed: Placements, xy: Array
+) -> tuple[Array, Array]:
+    """
+    Return what a view from each of ``xy (K, 2)``, submap, is expected to tell, nats (K,).
+
+    First of everything, "none of these" included, and then of the placements alone.
+    """
+    p = placed.probability
+    other = max(1.0 - float(p.sum()), 0.0 if _rivals(placed) else _DOUBT)
+    p, other = p / (p.sum() + other), other / (p.sum() + other)
+    ranges, is_new = _predicted(plan, submap, placed, xy)  # (C, K, R), both
+    arc = 2.0 * math.pi / _RAYS
+    gains, among = np.zeros(len(xy)), np.zeros(len(xy))
+    for i in range(len(p)):
+        # Of two ranges the nearer wall is seen, or not, where it was not looked at.
+        is_told = np.where(ranges[i] <= ranges, is_new[i], is_new)
+        differs = is_told & (np.abs(ranges[i] - ranges) > _SAME_M)
+        parted_m = (np.minimum(ranges[i], ranges) * differs).sum(axis=2) * arc
+        walls_m = (ranges[i] * (is_new[i] & (ranges[i] < _VIEW_M))).sum(axis=1) * arc
+        alike = p @ _left_after(parted_m)
+        left = alike + other * _left_after(_FOREIGN_SHARE * walls_m)
+        gains -= p[i] * np.log(np.maximum(left, _TINY))
+        among -= p[i] / p.sum() * np.log(np.maximum(alike / p.sum(), _TINY))
+    return gains, among
+
+
+def _left_after(parted_m: Array) -> Array:
+    """Return by how much metres of wall that differ make a placement less probable."""
+    return np.asarray(np.exp(-np.minimum(_NATS_PER_M * parted_m, _MOST_NATS)))
+
+
+def _predicted(
+    plan: MapEvidence, submap: Submap, placed: Placements, xy: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the range of each ray under each placement [m], and whether its end is unseen."""
+    yaw = np.arange(_RAYS) * (2.0 * math.pi / _RAYS)
+    ray = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+    linear = plan.A_rc_xy[:, :2] @ placed.linear
+    starts = placed.apply(xy) @ plan.A_rc_xy[:, :2].T + plan.A_rc_xy[:, 2]
+    steps = np.einsum('cij,rj->cri', linear, ray)
+    per_m = np.linalg.norm(steps, axis=2, keepdims=True)  # cells a metre
+    runs = run_lengths(
+        plan.wall_distance > 0.5 * plan.cell_m,
+        True,
+        starts[:, :, None],
+        (steps / per_m)[:, None],
+        _VIEW_M * per_m[:, None, :, 0],
+        1.0,
+    )
+    ranges = np.minimum(runs / per_m[:, None, :, 0], _VIEW_M)
+    ends = xy[None, :, None] + ranges[..., None] * ray
+    grid = submap.grid
+    return ranges, values_at(grid.cells, grid.xy_to_rc(ends), UNKNOWN) == UNKNOWN
+
+
+def _where(way_m: float, corner: Array) -> str:
+    """Say where to go: straight to a corner (2,) as seen from the robot, and on."""
+    sector = round(math.atan2(corner[1], corner[0]) / (math.tau / len(_SECTORS))) % len(_SECTORS)
+    first_m, whole_m = max(1, round(math.hypot(*corner))), max(1, round(way_m))
+    first = f'drive {first_m} m {_SECTORS[sector]}'
+    return f'{first} and on, {whole_m} m in all' if whole_m > first_m + 1 else first
+
+
+def _why(placed: Placements, among_nats: float) -> str:
+    """Say what for: to tell placements apart, or to see more of the one that there is."""
+    if not _rivals(placed) or among_nats < _LEAST_NATS:
+        return 'more of what the plan shows can be seen there'
+    return f'walls there tell {1 + _rivals(placed)} places apart'
+
+
+def _rivals(placed: Placements) -> int:
+    """Count the placements that are nearly as probable as the best one."""
+    p = placed.probability
+    return int(np.count_nonzero(p >= _RIVAL_SHARE * p[0])) - 1
