@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fpnet_core.geometry import SE2, Placements
-from fpnet_core.localizer.ways import ground_around
+from fpnet_core.localizer.ways import way_grid_around
 from fpnet_core.pose import MapEvidence
 from fpnet_core.raster.rays import run_lengths, values_at
 from fpnet_core.types import UNKNOWN, LocalizerOutput, Status, Submap
@@ -33,14 +33,19 @@ _MOST_PLACEMENTS = 6  # numerical: placements that are compared
 _VIEW_M, _RAYS = 8.0, 48  # numerical: how far and into how many directions a view is predicted
 _BEEN_M = 1.0  # physical: from places nearer to the path the same is seen
 _SAME_M = 0.4  # physical: ranges that differ by less do not part placements: drawings are so rough
+_SETUP_M = 10.0
+"""
+A place is worth its gain by the way to it and this; fitted by ``python benchmarks/guidance.py
+--seed 3000`` to 3, 6 and 10: a robot must not dwell on slivers at hand.
+"""
+
 # Chosen, not measured:
 _NATS_PER_M = 1.0  # what a metre of wall tells that one placement draws and another does not
 _MOST_NATS = 6.0  # no view tells more
-_FOREIGN_SHARE = 0.5  # of predicted walls stand in another building, too, by chance
-_SETUP_M = 3.0  # a place is worth its gain by the way to it and this
-_LEAST_NATS = 0.05  # less is not worth a way
-_RIVAL_SHARE = 0.1  # of the best placement's probability, from which on another is a rival
-_DOUBT = 0.1  # of a place without rivals: it is sure after one look more, wherever from
+_FOREIGN_SHARE = 0.1  # of that: the best places in other buildings explain most walls by chance
+_LEAST_NATS = 0.002  # less is not worth a way
+_RIVAL_SHARE = 0.01  # of the best placement's probability, from which on another is a rival
+_DOUBT = 0.01  # of a place without rivals: a claim takes one look more, wherever from
 _TINY = 1e-12  # numerical: no logarithm of nothing
 
 _SECTORS = (
@@ -89,7 +94,7 @@ def next_look(
     if output.status is Status.LOCALIZED or submap is None or not placed.probability.any():
         return None
     base = submap.T_odom_submap.inv() @ SE2.from_matrix4(T_odom_base)
-    ground = ground_around(submap, base.translation, (plan, placed[0].A_plan_submap))
+    ground = way_grid_around(submap, base.translation, (plan, placed[0].A_plan_submap))
     ways = ground.ways(base.translation)
     index = ground.lattice(ways)
     index = index[_is_new(ground.xy(index), submap)]

@@ -47,7 +47,7 @@ class Ways:
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class WayGrid:
     """
     Where a robot can drive: cells ``(H, W)`` from ``low (2,)`` on, row 0 at the lowest y.
 
@@ -110,9 +110,9 @@ class Ground:
         return np.asarray(corner)
 
 
-def ground_around(
+def way_grid_around(
     submap: Submap, robot_xy: Array, drawn: tuple[MapEvidence, Affine2D] | None = None
-) -> Ground:
+) -> WayGrid:
     """
     Return the ground around a robot at ``robot_xy (2,)``, submap.
 
@@ -135,4 +135,4 @@ def ground_around(
         is_free = values_at(plan.wall_distance, drawn_rc, 0.0) > body
         is_free &= values_at(plan.outside_depth, drawn_rc, np.inf) == 0.0
         is_passable |= (seen == UNKNOWN) & is_free
-    return Ground(is_passable, seen != UNKNOWN, low)
+    return WayGrid(is_passable, seen != UNKNOWN, low)

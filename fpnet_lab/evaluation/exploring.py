@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.guidance import next_look
-from fpnet_core.localizer.ways import Ground, Ways, ground_around
+from fpnet_core.localizer.ways import WayGrid, Ways, way_grid_around
 from fpnet_core.raster.morphology import grown
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
@@ -171,7 +171,7 @@ def _to_frontier(
     if submap is None:
         return None
     base = submap.T_odom_submap.inv() @ SE2.from_matrix4(T_odom_base)
-    ground = ground_around(submap, base.translation)
+    ground = way_grid_around(submap, base.translation)
     ways = ground.ways(base.translation)
     edge = _edge(ground, ways)
     if not len(edge):
@@ -180,7 +180,7 @@ def _to_frontier(
     return submap.T_odom_submap.apply(ground.xy(ways.to(cell)))
 
 
-def _edge(ground: Ground, ways: Ways) -> NDArray[np.int64]:
+def _edge(ground: WayGrid, ways: Ways) -> NDArray[np.int64]:
     """Return the reachable cells beside what was not seen, or any where there is none."""
     is_far = np.isfinite(ways.length_m) & (ways.length_m > _LEAST_WAY_M)
     at_edge = grown(~ground.is_seen, 1).ravel() & is_far
