@@ -9,7 +9,8 @@ Generated buildings whose rooms repeat, and such of two equal halves that only w
 tells apart, if anything does; they are empty, as ways around furniture are other programs' task. A
 robot with 16 beams and true odometry begins somewhere and chooses its way itself: where the
 localizer's advice leads it, to the nearest edge of what was seen, or to any (three times, the mean
-counts). After 60 m it gives up, which counts as 60 m.
+counts). After 60 m it gives up, which counts as 60 m; buildings in which no robot was localised are
+counted apart.
 """
 
 from dataclasses import asdict, dataclass
@@ -98,9 +99,15 @@ def main() -> None:
         results = make_once(
             arguments.work, ExploredBuilding, named, run_case, arguments.workers, on_done=advance
         )
-    drives = [asdict(result) for result in results]
-    policies = {policy: summary([r for r in results if r.policy == policy]) for policy in RUNS}
-    finish('guidance', arguments.json, {'most_m': MOST_M, 'policies': policies, 'drives': drives})
+    found = {result.seed for result in results if result.found_after_m is not None}
+    told = [result for result in results if result.seed in found]
+    report = {
+        'most_m': MOST_M,
+        'nowhere': arguments.buildings - len(found),
+        'policies': {policy: summary([r for r in told if r.policy == policy]) for policy in RUNS},
+        'drives': [asdict(result) for result in results],
+    }
+    finish('guidance', arguments.json, report)
 
 
 def summary(results):

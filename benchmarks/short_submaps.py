@@ -6,10 +6,10 @@ Is a robot placed that has seen little: one scan, or the submap of a path of 15 
 Run: python benchmarks/short_submaps.py [--buildings 28] [--seed 5000] [--json OUT]
 
 Generated, furnished buildings of every kind but those that are symmetric or repeat one room, the
-drawings redrawn and stretched by up to 4 % in x and y, sensors in turn, true odometry. Three pieces
-of each drive are matched with the building's own drawing and with the one of the building before,
-in one look as ``fpnet match`` has it: nothing is known of the place, and the scale is stated. A
-placement is right within 5 degrees, 10 % of scale and 3 % of the drawing's diagonal.
+drawings redrawn and stretched by up to 4 % in x and y, sensors in turn, true odometry. Three
+pieces of each drive are matched with the building's own drawing and with the one of the building
+before, in one look as ``fpnet match`` has it: nothing is known of the place, and the scale is
+stated. A placement is right within 5 degrees, 10 % of scale and 3 % of the drawing's diagonal.
 """
 
 from dataclasses import asdict, dataclass
@@ -40,7 +40,7 @@ PIECES, EVERY = 3, 3
 
 
 @dataclass(frozen=True)
-class Building:
+class DrivenBuilding:
     """One of the buildings, by its number, and the seed of all."""
 
     number: int
@@ -53,7 +53,7 @@ class Building:
 
 
 @dataclass(frozen=True)
-class Piece:
+class DrivePiece:
     """A piece of a drive: what was seen, and what was said of it on both drawings."""
 
     building: int
@@ -116,7 +116,7 @@ def run_building(building):
             error = placement_error(match.A_best, truth, middle)
             elsewhere = match_cuts(foreign, cut, finder, StageTimer())
             found.append(
-                Piece(
+                DrivePiece(
                     building.number,
                     path,
                     SENSOR_CYCLE[building.number % len(SENSOR_CYCLE)],
@@ -150,10 +150,12 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=5000)
     parser.add_argument('--workers', type=int, default=1)
     arguments = parser.parse_args()
-    buildings = [Building(number, arguments.seed) for number in range(arguments.buildings)]
+    buildings = [DrivenBuilding(number, arguments.seed) for number in range(arguments.buildings)]
     with progress('buildings', len(buildings)) as advance:
         named = {building.name: building for building in buildings}
-        results = make_once(None, Piece, named, run_building, arguments.workers, on_done=advance)
+        results = make_once(
+            None, DrivePiece, named, run_building, arguments.workers, on_done=advance
+        )
     pieces = [piece for each in results for piece in each]
     paths = {path: summary([p for p in pieces if p.path == path]) for path in PATHS_M}
     finish('short_submaps', arguments.json, {'paths': paths, 'pieces': list(map(asdict, pieces))})

@@ -101,6 +101,15 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+SHORT = {
+    'pieces': 84,
+    'seen_m2': 40.0,
+    'right': 0.5,
+    'claimed_right': 0.4,
+    'wrong': 1,
+    'foreign': 2,
+    'seconds': 0.15,
+}
 EXPLORED = {
     'buildings': 20,
     'localised': 0.75,
@@ -421,12 +430,14 @@ REPORTS = {
         },
         'log': {'scans': WALK | {'path': 1.1}, 'kiss_icp': WALK | {'path': 30.0}},
     },
+    'short_submaps': lambda: {'paths': {'one scan': SHORT, '15 m': SHORT | {'wrong': 0}}},
     'guidance': lambda: {
+        'nowhere': 4,
         'policies': {
             'advice': EXPLORED,
             'nearest': EXPLORED,
             'random': EXPLORED | {'mean_m': 20.0},
-        }
+        },
     },
     'clean_ends': lambda: {'when': {'running': ENDED, 'starting': ENDED | {'clean': 24}}},
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},

@@ -41,6 +41,8 @@ _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 _TESTED = 0.97
 """Chosen: least weight of a cause that was proved."""
 
+_BESIDE = 0.4  # chosen: weight of what is so, and explains nothing
+
 _UPSIDE_DOWN = '; so it would if the scanner hung upside down and /tf_static did not say so'
 _WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
 
@@ -152,6 +154,8 @@ def _other_plan(found: Findings, asked: Asked) -> _Weighed:
         f'the best place explains {percent(explained)} of {metres(found.walls_m)} of wall '
         f'(a right one: {percent(EXPLAINED_WELL)} or more){nor}'
     )
+    if found.early is not None and found.has_drifted_later:
+        evidence += f'; nor do its first metres, before drift: {percent(found.early.explained)}'
     again = asked.on('OTHER_PLAN')
     if found.storeys > 1:
         evidence += f'; the sheet holds {found.storeys} storeys'
@@ -211,13 +215,13 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
             f'{drift.turn_deg:.0f} degrees beside the first ones ({percent(drift.before)} of '
             f'them agree, {percent(drift.after)} once moved there)'
         )
-        yield 0.84, Cause(CauseKind.DRIFT, evidence, better)
+        yield _after(found, 0.84), Cause(CauseKind.DRIFT, evidence, better)
     elif isinstance(drift, TurningWalls):
         evidence = (
             f'the walls turn steadily, by {drift.turn_deg:.0f} degrees over '
             f'{metres(drift.path_m)}: a round building, or odometry that turns'
         )
-        yield 0.82, Cause(CauseKind.DRIFT, evidence, better)
+        yield _after(found, 0.82), Cause(CauseKind.DRIFT, evidence, better)
     elif found.restarts - found.contradictions >= _MANY_RESTARTS:
         evidence = (
             f'the submap began anew {found.restarts} times: odometry jumps or flips, or a clock '
@@ -227,6 +231,11 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
     elif found.contradictions:
         evidence = f'at {found.contradictions} looks the newest walls did not fit a pose claimed'
         yield 0.81, Cause(CauseKind.DRIFT, evidence, better)
+
+
+def _after(found: Findings, weight: float) -> float:
+    """Return the weight of drift, which explains nothing that was there before it."""
+    return _BESIDE if found.has_drifted_later else weight
 
 
 def _self_similar(found: Findings, asked: Asked) -> _Weighed:

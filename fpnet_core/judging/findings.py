@@ -23,6 +23,7 @@ FEWEST_HZ = 4.0
 """Scans a second that can be matched: a robot turns by 15 degrees in between. Chosen."""
 
 _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
+_EARLY_MARGIN = 0.05  # chosen: little wall tells less
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
 
 
@@ -107,6 +108,7 @@ class Findings:
     doubts : what speaks against the reading of the drawing
     storeys, storey : on the sheet, and which of them it was
     drift : None where the walls agree with each other, as far as they were seen twice
+    early : best of the first metres, on which odometry hardly drifts; None where nobody has looked
     contradictions : looks at which the newest walls did not fit a claim
     restarts : times that the submap began anew, those of contradictions among them
     is_blind : scans have come, and none of them has shown a wall
@@ -132,6 +134,7 @@ class Findings:
     storeys: int = 1
     storey: int | None = None
     drift: DoubleWalls | TurningWalls | None = None
+    early: Fit | None = None
     contradictions: int = 0
     restarts: int = 0
     is_blind: bool = False
@@ -147,6 +150,11 @@ class Findings:
         """Tell whether a right plan would have been recognised by now."""
         share = self.seen_m2 / self.plan_m2 if self.plan_m2 else 0.0
         return self.walls_m >= FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
+
+    @property
+    def has_drifted_later(self) -> bool:
+        """Tell whether drift explains nothing: what was seen before it fits nowhere, either."""
+        return self.early is not None and self.early.explained < EXPLAINED_WELL - _EARLY_MARGIN
 
     @property
     def is_ambiguous(self) -> bool:

@@ -19,8 +19,16 @@ from fpnet_core.drawings.types import Reading
 from fpnet_core.judging import Judge, Verdict
 from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.causes import causes_of
-from fpnet_core.judging.findings import Findings, Fit, Sensed, alike, storeys_alike
-from fpnet_core.judging.reasons import CONTRADICTED
+from fpnet_core.judging.findings import (
+    DoubleWalls,
+    Findings,
+    Fit,
+    Sensed,
+    TurningWalls,
+    alike,
+    storeys_alike,
+)
+from fpnet_core.judging.reasons import CONTRADICTED, FEW_WALLS_M
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan, denied_scale
@@ -33,6 +41,7 @@ from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_core.trajectory import path_length
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
+_STRAIGHT_DEG = 3.0  # chosen: a map that is bent by less fits as well as a straight one
 _FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
 # Numerical: scales from a third to three times what was taken, or what rooms tell instead.
 _WIDEST = 2.0
@@ -83,6 +92,9 @@ def explain_run(
         floorplan = Floorplan.prepared(plan, config, estimate, segmentation=segmentation)
         found = replace(found, denial=floorplan.denial)
         found = _looked_at(found, largest, floorplan, matcher, config)
+        if found.drift is not None:
+            straight = [s for s in seen if path_length(s.path_xy) <= _straight_m(found.drift)]
+            found = replace(found, early=_early(straight, floorplan, matcher, config))
     return causes_of(_of_reading(found, reading, storey), asked)
 
 
@@ -158,14 +170,40 @@ def _looked_at(
 ) -> Findings:
     """Return ``found`` with what a fresh search of one submap says, and wider ones."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
-    timer = StageTimer()
-    sub, _ = prepare_submap(submap, SubmapSegmenter(), timer)
-    working, search, area_m2 = floorplan.working, floorplan.scale.search, submap.free_area_m2
-    if area_m2 < found.needed_m2:
-        plan_m2 = working.evidence.free_area_m2
-        return replace(found, walls_m=sub.evidence.wall_length_m, seen_m2=area_m2, plan_m2=plan_m2)
-    question = Question(working, sub, area_m2, search)
-    return _of_tests(found, question, finder.find(question, timer).verdict, finder)
+    question = _asked(submap, floorplan)
+    if question.area_m2 < found.needed_m2:
+        return replace(
+            found,
+            walls_m=question.sub.evidence.wall_length_m,
+            seen_m2=question.area_m2,
+            plan_m2=question.plan.evidence.free_area_m2,
+        )
+    return _of_tests(found, question, finder.find(question, StageTimer()).verdict, finder)
+
+
+def _early(
+    seen: Sequence[Submap], floorplan: Floorplan, matcher: RegionMatcher, config: FpnetConfig
+) -> Fit | None:
+    """Return how well the largest of some submaps fits; None where it shows too little."""
+    if not seen:
+        return None
+    submap = max(seen, key=lambda submap: submap.free_area_m2)
+    question = _asked(submap, floorplan)
+    if question.sub.evidence.wall_length_m < FEW_WALLS_M:
+        return None
+    finder = Finder(matcher, Judge.configured(config.localizer), config)
+    return Fit.of(finder.find(question, StageTimer()).verdict)
+
+
+def _straight_m(drift: DoubleWalls | TurningWalls) -> float:
+    """Return the way on which odometry that drifts like this keeps its heading."""
+    return drift.path_m * min(1.0, _STRAIGHT_DEG / max(drift.turn_deg, _STRAIGHT_DEG))
+
+
+def _asked(submap: Submap, floorplan: Floorplan) -> Question:
+    """Return where a submap lies as a question."""
+    sub, _ = prepare_submap(submap, SubmapSegmenter(), StageTimer())
+    return Question(floorplan.working, sub, submap.free_area_m2, floorplan.scale.search)
 
 
 def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:

@@ -209,6 +209,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'faults': runs.faults,
     'clean_ends': runs.clean_ends,
     'walks': runs.walks,
+    'short_submaps': runs.short_submaps,
     'guidance': runs.guidance,
     'speed': runs.speed,
     'sites': sites,

@@ -48,6 +48,16 @@ _EXPLORED = (  # numerical: digits
     Column('median', 'median_m', Units.PATH),
     Column('wrong', 'wrong', _COUNT),
 )
+_SHORT = (  # numerical: digits
+    Column('path', 'name'),
+    Column('submaps', 'pieces', _COUNT),
+    Column('seen', 'seen_m2', Units.AREA),
+    Column('right', 'right', Units.SHARE),
+    Column('claimed and right', 'claimed_right', Units.SHARE),
+    Column('claimed and wrong', 'wrong', _COUNT),
+    Column("claimed on another building's plan", 'foreign', _COUNT),
+    Column('time', 'seconds', Units.SECONDS.to(2)),
+)
 _TO_FIRST = (('time_to_first_pose_s', Units.SECONDS), ('path_to_first_pose_m', Units.METRES))
 _FIRST = together(*((key, unit.to(0)) for key, unit in _TO_FIRST))  # numerical: digits
 _ERROR = (('median_position_error_m', Units.METRES), ('median_yaw_error_deg', Units.DEGREES))
@@ -306,7 +316,15 @@ def guidance(report: Row) -> Figures:
     """Return how far robots drive until they are localised, by how they choose their way."""
     rows = {title: report['policies'][key] for title, key in _POLICIES.items()}
     share = rows[_BY_ADVICE]['mean_m'] / rows[_AT_RANDOM]['mean_m']
-    return {'': Table.of(_EXPLORED, named(rows))}, {'of_random': Units.NUMBER.text(share)}
+    return {'': Table.of(_EXPLORED, named(rows))}, {
+        'of_random': Units.NUMBER.text(share),
+        'nowhere': str(report['nowhere']),
+    }
+
+
+def short_submaps(report: Row) -> Figures:
+    """Return how often robots that have seen little are placed, by the length of their path."""
+    return {'': Table.of(_SHORT, named(report['paths']))}, {}
 
 
 def walks(report: Row) -> Figures:

@@ -157,6 +157,18 @@ def test_drift_comes_before_another_building():
     assert first(replace(TRIED, contradictions=3)).kind is CauseKind.DRIFT
 
 
+@pytest.mark.parametrize(
+    ('explained', 'likeliest'), [(0.9, CauseKind.DRIFT), (0.6, CauseKind.OTHER_PLAN)]
+)
+def test_drift_explains_nothing_that_was_there_before_it(explained, likeliest):
+    double = replace(TRIED, drift=DoubleWalls(0.83, 5.7, 42.0, 0.45, 0.96))
+    found = replace(double, early=Fit(0.1, explained, 1.0))
+    assert set(kinds(found)) == {CauseKind.DRIFT, CauseKind.OTHER_PLAN}
+    assert first(found).kind is likeliest
+    said = '; nor do its first metres, before drift: 60 %'
+    assert first(found).evidence.endswith(said) == (likeliest is CauseKind.OTHER_PLAN)
+
+
 def test_places_alike_are_counted():
     found = replace(TRIED, best=Fit(0.4, 0.91, 1.0), alike=(0.91, 0.9, 0.89, 0.89, 0.88))
     assert kinds(found) == [CauseKind.SELF_SIMILAR]
