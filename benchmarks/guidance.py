@@ -9,8 +9,8 @@ Generated buildings whose rooms repeat, and such of two equal halves that only w
 tells apart, if anything does; they are empty, as ways around furniture are other programs' task. A
 robot with 16 beams and true odometry begins somewhere and chooses its way itself: where the
 localizer's advice leads it, to the nearest edge of what was seen, or to any (three times, the mean
-counts). After 60 m it gives up, which counts as 60 m; buildings in which no robot was localised are
-counted apart.
+counts). After 60 m it gives up, which counts as 60 m; buildings in which no robot was localised
+are counted apart.
 """
 
 from dataclasses import asdict, dataclass
