@@ -101,6 +101,7 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+FAULTY = {'is': 'loop', 'drives': 4, 'first': 3, 'alone': 3, 'else': 'nothing (1)'}
 SHORT = {
     'pieces': 84,
     'seen_m2': 40.0,
@@ -429,6 +430,12 @@ REPORTS = {
             'kiss_icp': WALK,
         },
         'log': {'scans': WALK | {'path': 1.1}, 'kiss_icp': WALK | {'path': 30.0}},
+    },
+    'doctor_faults': lambda: {
+        'faults': {'stamps late': FAULTY, 'a loop in TF': FAULTY | {'first': 4, 'else': ''}},
+        'named_always': 1,
+        'good': 10,
+        'alarms': 0,
     },
     'short_submaps': lambda: {'paths': {'one scan': SHORT, '15 m': SHORT | {'wrong': 0}}},
     'guidance': lambda: {

@@ -122,8 +122,13 @@ class BagWriter:
         intensity: ArrayLike | None = None,
         ring: ArrayLike | None = None,
         time_s: ArrayLike | None = None,
+        heard_ns: int | None = None,
     ) -> None:
-        """Write a PointCloud2 of ``points (P, 3)`` [m]; see pointcloud2.encode_points."""
+        """
+        Write a PointCloud2 of ``points (P, 3)`` [m]; see pointcloud2.encode_points.
+
+        It is recorded at ``heard_ns``, None: at its stamp.
+        """
         fields, point_step, data = encode_points(points, intensity, ring, time_s)
         width = len(data) // point_step
         message = _MSG[POINT_CLOUD](
@@ -140,7 +145,8 @@ class BagWriter:
             data=np.frombuffer(data, dtype=np.uint8),
             is_dense=True,
         )
-        self._write(topic, POINT_CLOUD, stamp_ns, message)
+        at_ns = stamp_ns if heard_ns is None else heard_ns
+        self._write(topic, POINT_CLOUD, at_ns, message)
 
     def write_imu(self, topic: str, stamp_ns: int, frame_id: str, rate: ArrayLike) -> None:
         """Write an Imu with an angular rate ``(3,)`` [rad/s] alone."""
@@ -237,8 +243,9 @@ class BagWriter:
         frame_id: str,
         child_frame_id: str,
         T_frame_child: NDArray[np.float64],
+        is_latched: bool | None = None,
     ) -> None:
-        """Write a TFMessage of one transform."""
+        """Write a TFMessage of one transform; ``is_latched`` None: where it is a static one."""
         pose = _pose(T_frame_child)
         translation = _vector3(pose.position.x, pose.position.y, pose.position.z)
         stamped = _MSG['geometry_msgs/msg/TransformStamped'](
@@ -246,7 +253,9 @@ class BagWriter:
             child_frame_id,
             _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
         )
-        qos = _STATIC_QOS if topic.endswith(TF_STATIC_TOPIC) else _STREAM_QOS
+        if is_latched is None:
+            is_latched = topic.endswith(TF_STATIC_TOPIC)
+        qos = _STATIC_QOS if is_latched else _STREAM_QOS
         self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:

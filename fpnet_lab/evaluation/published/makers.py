@@ -209,6 +209,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'faults': runs.faults,
     'clean_ends': runs.clean_ends,
     'walks': runs.walks,
+    'doctor_faults': nodes.doctor_faults,
     'short_submaps': runs.short_submaps,
     'guidance': runs.guidance,
     'speed': runs.speed,

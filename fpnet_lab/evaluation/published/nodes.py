@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fpnet_lab.scores import Column, Figures, Row, Table, Unit, Units, together
+from fpnet_lab.scores import Column, Figures, Row, Table, Unit, Units, named, together
 
 _ERROR = together(('error_m', Units.METRES), ('error_deg', Units.DEGREES))
 
@@ -30,6 +30,13 @@ _WIRINGS = (
     Column('TF', 'tf_error_m', Units.METRES),
     Column('velocity', _velocity),
     Column('scans lost', _lost),
+)
+_FAULTS = (
+    Column('robot', 'name'),
+    Column('is', 'is'),
+    Column('named first', lambda row: f'{row["first"]} of {row["drives"]}'),
+    Column('alone', 'alone'),
+    Column('else first', 'else'),
 )
 _MIB = Unit(' MiB')
 _LOAD = (
@@ -85,3 +92,12 @@ def node_load(report: Row) -> Figures:
 def _minutes(phase: Row) -> str:
     """Return how long scans were sent in a phase, ten a second."""
     return f'{phase["scans_sent"] / 600.0:g} min'
+
+
+def doctor_faults(report: Row) -> Figures:
+    """Return which faults the doctor names, and how often it is alarmed by nothing."""
+    figures = {
+        'always': f'{report["named_always"]} of {len(report["faults"])}',
+        'alarms': f'{report["alarms"]} of {report["good"]}',
+    }
+    return {'': Table.of(_FAULTS, named(report['faults']))}, figures

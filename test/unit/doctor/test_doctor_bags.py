@@ -2,82 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """A simulated recording, broken in each way that robots come: found, and nothing else."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from fpnet.cli import main
 from fpnet.doctor.bag import observe_bag
 from fpnet.doctor.examine import examine
 from fpnet_core.doctor import Problem
 from fpnet_core.doctor.sensor import upside_down_vote
-from fpnet_core.io import bag_writer
 from fpnet_core.io.bag_writer import BagWriter
-from fpnet_lab.sim.drives.recording import make_recording
-from fpnet_lab.sim.drives.visits import RecordingOptions
-from fpnet_lab.sim.lidars.sensors import SENSORS
-
-FIRST, COUNT = 10, 60  # the robot drives from the start of these on
-HEIGHT_M = 0.9
-SECOND = 10**9
-SWEEP_S = 0.1
+from fpnet_lab.sim.drives.wirings import RIGHT, ShortDrive, record, turned
 
 
 @pytest.fixture(scope='module')
 def drive():
-    """Return scans, and true poses of the sensor by wheels."""
-    recording = make_recording(0, RecordingOptions(lidar=SENSORS['beams16']))
-    scans = [recording.scan(index) for index in range(FIRST, FIRST + COUNT)]
-    return scans, recording.wheel_odometry()[FIRST : FIRST + COUNT]
-
-
-def turned(axis: str, degrees: float | tuple[float, ...]) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
-    return T
-
-
-@dataclass(frozen=True)
-class Robot:
-    """
-    How a robot is wired; the defaults are right.
-
-    ``T_mount_lidar`` is how the lidar is really mounted beside what its transform says.
-    """
-
-    scans: str = '/points'
-    tf: str = '/tf'
-    frame: str = 'lidar'
-    child: str = 'base_link'
-    mount_child: str = 'lidar'
-    told_height_m: float = HEIGHT_M
-    T_mount_lidar: np.ndarray | None = None
-    has_times: bool = True
-    last_time_s: float = 0.0  # of the last point, since the stamp
-    scan_clock_s: float = 0.0
-    jump: tuple[int, float] = (0, 0.0)  # scan, and by how much its clock and later ones' jump [s]
-    wheel_scale: float = 1.0
-    drift_deg_per_m: float = 0.0
-    mirrored_turns: bool = False
-    flips: bool = False  # every second message has the robot the other way round
-    scans_per_pose: int = 1  # of the wheels
-    more_transforms: tuple[tuple[str, str], ...] = ()
-    is_static_latched: bool = True
-    gyro_frame: str = ''  # '': no gyroscope
-    gyro_factor: float = 1.0
-    gyro_offset_deg: float = 0.0  # a second
-    T_imu_lidar: np.ndarray | None = None  # as it is, beside what the transform says
-
-
-RIGHT = Robot()
+    return ShortDrive.of(0)
 
 
 def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
-    scans, _ = drive
+    scans = drive.scans
     over = [replace(scan, points=scan.points * np.float32([1, -1, -1])) for scan in scans]
     told = [replace(scan, T_base_sensor=turned('x', 180.0)) for scan in over]
     flat = [replace(scan, points=scan.points * np.float32([1, 1, 0])) for scan in scans]
@@ -85,82 +31,6 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
     assert votes[0] == votes[1] < -len(scans) // 2
     assert votes[2] == 0
     assert votes[3] > len(scans) // 2
-
-
-def record(path: Path, drive, robot: Robot) -> Path:
-    T_base_lidar = np.eye(4)
-    T_base_lidar[2, 3] = HEIGHT_M
-    told = T_base_lidar.copy()
-    told[2, 3] = robot.told_height_m
-    off = np.eye(4) if robot.T_mount_lidar is None else robot.T_mount_lidar
-    scans, wheels = drive
-    start_ns = scans[0].stamp_ns
-    with pytest.MonkeyPatch.context() as monkeypatch, BagWriter(path) as bag:
-        if not robot.is_static_latched:
-            monkeypatch.setattr(bag_writer, '_STATIC_QOS', bag_writer._STREAM_QOS)
-        bag.write_transform(f'{robot.tf}_static', start_ns, 'base_link', robot.mount_child, told)
-        for parent, child in robot.more_transforms:
-            bag.write_transform(robot.tf, start_ns, parent, child, np.eye(4))
-        T_wheels = wheels[0]
-        for index, scan in enumerate(scans):
-            jump_s = robot.jump[1] if index >= robot.jump[0] else 0.0
-            stamp_ns = scan.stamp_ns + round((robot.scan_clock_s + jump_s) * SECOND)
-            points = (scan.points @ off[:3, :3]).astype(np.float32)
-            times_s = scan.time_s - SWEEP_S + robot.last_time_s
-            bag.write_cloud(
-                robot.scans, stamp_ns, robot.frame, points,
-                time_s=times_s.astype(np.float32) if robot.has_times else None,
-            )  # fmt: skip
-            if index:
-                step = np.linalg.inv(wheels[index - 1]) @ wheels[index]
-                step[:3, 3] *= robot.wheel_scale
-                way_m = np.linalg.norm(step[:2, 3])
-                step[:3, :3] @= turned('z', robot.drift_deg_per_m * way_m)[:3, :3]
-                if robot.mirrored_turns:
-                    step[:3, :3] = step[:3, :3].T
-                T_wheels = T_wheels @ step
-            odometry = T_wheels @ np.linalg.inv(T_base_lidar)
-            if robot.flips and index % 2:
-                odometry = odometry @ turned('z', 180.0)
-            if index % robot.scans_per_pose == 0:
-                bag.write_odometry('/odom', scan.stamp_ns, 'odom', robot.child, odometry)
-        write_gyro(bag, drive, robot)
-    return path
-
-
-def write_gyro(bag: BagWriter, drive, robot: Robot) -> None:
-    """Write rates at 50 Hz, steady between two poses of the wheels."""
-    if not robot.gyro_frame:
-        return
-    scans, wheels = drive
-    bag.write_transform(f'{robot.tf}_static', scans[0].stamp_ns, 'base_link', 'imu', np.eye(4))
-    off = np.eye(3) if robot.T_imu_lidar is None else robot.T_imu_lidar[:3, :3]
-    for index in range(1, len(scans)):
-        turn = Rotation.from_matrix(wheels[index - 1][:3, :3].T @ wheels[index][:3, :3])
-        rate = off @ turn.as_rotvec() / SWEEP_S * robot.gyro_factor
-        rate = rate + np.deg2rad([0.0, 0.0, robot.gyro_offset_deg])
-        for part in range(5):
-            stamp_ns = scans[index].stamp_ns - round((4 - part) * SWEEP_S / 5 * SECOND)
-            bag.write_imu('/imu/data', stamp_ns, robot.gyro_frame, rate)
-
-
-def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
-    """Record with the times of arrival of the right clock, whatever the stamps say."""
-    scans, _ = drive
-    times = {}
-    shifted = robot.scan_clock_s or robot.jump[1]
-    for index, scan in enumerate(scans):
-        jump_s = robot.jump[1] if index >= robot.jump[0] else 0.0
-        stamp_ns = scan.stamp_ns + round((robot.scan_clock_s + jump_s) * SECOND)
-        times[stamp_ns] = scan.stamp_ns
-    write = BagWriter._write
-
-    def _write(self, topic, msgtype, stamp_ns, message, *rest):
-        heard_ns = times.get(stamp_ns, stamp_ns) if shifted and topic == robot.scans else stamp_ns
-        write(self, topic, msgtype, heard_ns, message, *rest)
-
-    monkeypatch.setattr(BagWriter, '_write', _write)
-    return record(path, drive, robot)
 
 
 @pytest.mark.parametrize(
@@ -278,9 +148,9 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
     ],
 )  # fmt: skip
 def test_each_fault_is_found_in_the_first_seconds_and_no_other(
-    drive, tmp_path, monkeypatch, robot, problem, where, words
+    drive, tmp_path, robot, problem, where, words
 ):
-    seen = observe_bag(at_arrival(tmp_path / 'bag', drive, robot, monkeypatch), 10.0)
+    seen = observe_bag(record(tmp_path / 'bag', drive, robot), 10.0)
     assert seen.scans == robot.scans
     found = examine(seen)
     kinds = [finding.problem for finding in found]
