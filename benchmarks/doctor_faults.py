@@ -5,8 +5,8 @@ Does the doctor name what is wrong with a robot, and nothing where nothing is?
 
 Run: python benchmarks/doctor_faults.py [--drives 4] [--good 10] [--seed 100] [--json OUT]
 
-The first six seconds of generated drives, with lidars of 16, 32 and 64 beams and a dome in turn, are
-recorded as bags by robots with one fault each, and by right ones with and without a gyroscope.
+The first six seconds of generated drives, with lidars of 16, 32 and 64 beams and a dome in turn,
+are recorded as bags by robots with one fault each, and by right ones with and without a gyroscope.
 ``fpnet doctor`` examines them. A fault is named first where the first finding is of its kind.
 """
 

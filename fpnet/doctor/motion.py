@@ -37,7 +37,11 @@ _LEAP_M = 2.5  # physical: no robot drives 5 m/s indoors
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A motion ``T_start_end (4, 4)`` of the sensor over one window, by two odometries."""
+    """
+    A motion ``T_start_end (4, 4)`` of the sensor over one window, by two odometries.
+
+    Its axes are the robot's: x ahead, y to the left.
+    """
 
     by_odometry: Array
     by_scans: Array
@@ -74,10 +78,17 @@ class Motion:
         return float(Rotation.from_matrix(rotation).magnitude()) > _OFF_RAD
 
     @property
+    def turns_the_other_way(self) -> bool:
+        """Tell whether the headings are one another's mirror image, as far as drift allows."""
+        left = [_yaw(T) for T in (self.by_odometry, self.by_scans)]
+        return left[0] * left[1] < 0.0 and abs(sum(left)) < _OFF_RAD
+
+    @property
     def said(self) -> str:
         """Return both in words."""
         words = [
-            f'{_length(T):.2f} m and {np.rad2deg(_turn(T)):.0f} degrees'
+            f'{_length(T):.2f} m and {np.rad2deg(_turn(T)):.0f} degrees to the '
+            f'{"left" if _yaw(T) > 0.0 else "right"}'
             for T in (self.by_odometry, self.by_scans)
         ]
         return f'odometry says {words[0]}, the scans {words[1]}'
@@ -89,6 +100,10 @@ def _length(T: Array) -> float:
 
 def _turn(T: Array) -> float:
     return float(Rotation.from_matrix(T[:3, :3]).magnitude())
+
+
+def _yaw(T: Array) -> float:
+    return math.atan2(T[1, 0], T[0, 0])
 
 
 def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
@@ -118,17 +133,25 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     astray = _most(drives, [m for m in drives if m.drives_elsewhere])
     off = astray or _most(turns, [m for m in turns if m.turns_otherwise])
     if not off:
-        axes = np.eye(4)
-        axes[:3, :3] = T_child_sensor[:3, :3]
-        moved = [(axes @ m.by_odometry @ axes.T, axes @ m.by_scans @ axes.T) for m in found]
-        yield from check_bias(seen.odometry, moved)
+        yield from check_bias(seen.odometry, [(m.by_odometry, m.by_scans) for m in found])
         return
     what, count = ('driving', len(drives)) if astray else ('turning', len(turns))
     worst = max(off, key=lambda each: each.off_m)
+    evidence = f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}'
+    if _most(turns, [m for m in turns if m.turns_the_other_way]):
+        yield Finding(
+            Problem.ODOMETRY,
+            seen.odometry,
+            f'{evidence}: they turn opposite ways',
+            'look how the lidar is mounted: upside down it sees left as right, and its static '
+            "transform needs --roll 3.14159; else the wheels' turns have the wrong sign (swapped "
+            'sides, an IMU upside down)',
+        )
+        return
     yield Finding(
         Problem.ODOMETRY,
         seen.odometry,
-        f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}',
+        evidence,
         'look at both in RViz (fixed frame odom, clouds with a decay time of 10 s): smeared walls '
         "mean odometry is wrong (wheel radius, track width, an IMU's sign), or the yaw of the "
         'static transform to the sensor; meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
@@ -166,6 +189,8 @@ def registered(seen: Observed) -> list[Pose]:
 
 def motions(poses: Sequence[Pose], track: PoseTrack, T_child_sensor: Array) -> Iterator[Motion]:
     """Yield the motions between poses of the scans that are one window apart."""
+    axes = np.eye(4)
+    axes[:3, :3] = T_child_sensor[:3, :3]
     start: tuple[int, Array, Array] | None = None
     for stamp_ns, by_scans in poses:
         T_odom_child = track.at(stamp_ns)
@@ -175,5 +200,6 @@ def motions(poses: Sequence[Pose], track: PoseTrack, T_child_sensor: Array) -> I
         if start is None or stamp_ns < start[0]:
             start = stamp_ns, by_odometry, by_scans
         elif stamp_ns - start[0] >= _WINDOW_NS:
-            yield Motion(np.linalg.inv(start[1]) @ by_odometry, np.linalg.inv(start[2]) @ by_scans)
+            ends = (start[1], by_odometry), (start[2], by_scans)
+            yield Motion(*(axes @ np.linalg.inv(first) @ last @ axes.T for first, last in ends))
             start = stamp_ns, by_odometry, by_scans

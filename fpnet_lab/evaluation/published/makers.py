@@ -13,7 +13,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
 from fpnet_lab.evaluation.published import code, judging, rooms, runs, simulator
-from fpnet_lab.evaluation.published.nodes import cloud_transport, node_load, wirings
+from fpnet_lab.evaluation.published.nodes import cloud_transport, doctor_faults, node_load, wirings
 from fpnet_lab.evaluation.published.sites import sites
 from fpnet_lab.evaluation.published.weights import WEIGHTS
 from fpnet_lab.provenance import Provenance
@@ -209,7 +209,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'faults': runs.faults,
     'clean_ends': runs.clean_ends,
     'walks': runs.walks,
-    'doctor_faults': nodes.doctor_faults,
+    'doctor_faults': doctor_faults,
     'short_submaps': runs.short_submaps,
     'guidance': runs.guidance,
     'speed': runs.speed,
