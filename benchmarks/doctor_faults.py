@@ -20,10 +20,10 @@ from fpnet.doctor.bag import observe_bag
 from fpnet.doctor.examine import examine
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.drives.wirings import FAULTS, RIGHT, ShortDrive, Wiring, record
+from fpnet_lab.sim.drives.faulty_robots import FAULTS, RIGHT, FaultyRobot, ShortDrive, record
 
 SENSORS = ('beams16', 'beams32', 'dome', 'beams64')
-GOOD = (RIGHT, Wiring(gyro_frame='imu'))
+GOOD = (RIGHT, FaultyRobot(gyro_frame='imu'))
 LISTEN_S = 10.0
 
 

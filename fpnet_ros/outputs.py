@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -108,6 +109,7 @@ class LocalizerOutputs:
         self._status = add(DiagnosticStatus, '~/status', STATUS)
         self._diagnostics = add(DiagnosticArray, '/diagnostics', STREAM)
         self._markers = add(MarkerArray, '~/markers', LATCHED)
+        self._goal = add(PoseStamped, '~/next_look', STREAM)
         self._submap = add(OccupancyGrid, '~/submap', LATCHED)
         self._scaled = add(OccupancyGrid, '~/floorplan_scaled', LATCHED)
         self._tf = add(TFMessage, TF_TOPIC, TF) if TFMessage else None
@@ -176,6 +178,8 @@ class LocalizerOutputs:
             path = path_to_msg(list(self._path), output.stamp_ns, frame.plan_id)
             self._path_publisher.publish(path)
         if moment.scan is not None:
+            if moment.look is not None:
+                self._publish_goal(moment.look, output.stamp_ns, moment.scan.placing)
             self._publish_submap(output, moment.scan.placing)
             self._publish_markers(moment, frame, moment.scan)
 
@@ -195,6 +199,14 @@ class LocalizerOutputs:
         """Publish the floorplan at its true scale, in ``map``."""
         grid = warped_grid(frame.plan, frame.A_map_plan)
         self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
+
+    def _publish_goal(self, look: NextLook, stamp_ns: int, placing: Placing) -> None:
+        """Publish the place to look from next as a goal, facing as the way leads there."""
+        way = _T_tf_odom(placing).apply(look.way_odom)
+        x, y = way[-1].tolist()
+        ahead = way[-1] - way[max(-2, -len(way))]
+        goal = SE2.from_xy_yaw(x, y, math.atan2(ahead[1], ahead[0]))
+        self._goal.publish(pose_to_msg(goal, stamp_ns, placing.tf_frame))
 
     def _publish_submap(self, output: LocalizerOutput, placing: Placing) -> None:
         # In the frame that is in TF: that of KISS-ICP need not be.

@@ -60,6 +60,7 @@ class Robot:
                 STREAM,
             ),
             'paths': (Path, f'{NAMESPACE}/floorplan_path', LATCHED),
+            'goals': (PoseStamped, f'{NODE}/next_look', STREAM),
             'markers': (MarkerArray, f'{NODE}/markers', LATCHED),
             'submaps': (OccupancyGrid, f'{NODE}/submap', LATCHED),
             'scaled': (OccupancyGrid, f'{NODE}/floorplan_scaled', LATCHED),

@@ -110,6 +110,10 @@ def test_before_it_has_a_pose_it_says_where_to_look_next(robot):
     assert ways
     assert {way.header.frame_id for way in ways} == {'odom'}
     assert not any(marker.ns == 'next_look' for marker in robot.markers[-1].markers)
+    goal, way = pose_from_msg(robot.goals[-1]), ways[-1]
+    assert goal.frame_id == 'odom'
+    end = way.points[-1]
+    np.testing.assert_allclose(goal.T_frame_body.translation, (end.x, end.y), atol=1e-6)
 
 
 def test_what_it_has_seen_and_thinks_is_drawn(robot):

@@ -14,7 +14,7 @@ from fpnet.doctor.examine import examine
 from fpnet_core.doctor import Problem
 from fpnet_core.doctor.sensor import upside_down_vote
 from fpnet_core.io.bag_writer import BagWriter
-from fpnet_lab.sim.drives.wirings import RIGHT, ShortDrive, record, turned
+from fpnet_lab.sim.drives.faulty_robots import RIGHT, ShortDrive, record, turned
 
 
 @pytest.fixture(scope='module')

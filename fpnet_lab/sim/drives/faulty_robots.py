@@ -50,9 +50,9 @@ class ShortDrive:
 
 
 @dataclass(frozen=True, eq=False)
-class Wiring:
+class FaultyRobot:
     """
-    How a robot is wired; the defaults are right.
+    How a robot is wired; by default rightly.
 
     ``T_mount_lidar`` is how the lidar is really mounted beside what its transform says, and
     ``T_imu_lidar`` the gyroscope.
@@ -82,64 +82,82 @@ class Wiring:
     T_imu_lidar: Array | None = None
 
 
-RIGHT = Wiring()
+RIGHT = FaultyRobot()
 """Given: nothing is wrong."""
 
-FAULTS: dict[str, tuple[Wiring, Problem]] = {
-    'stamps at the start of sweeps': (Wiring(scan_clock_s=-0.1), Problem.LAG),
-    'stamps late': (Wiring(scan_clock_s=0.14), Problem.LAG),
+FAULTS: dict[str, tuple[FaultyRobot, Problem]] = {
+    'stamps at the start of sweeps': (FaultyRobot(scan_clock_s=-0.1), Problem.LAG),
+    'stamps late': (FaultyRobot(scan_clock_s=0.14), Problem.LAG),
     'a frame that nothing joins': (
-        Wiring(scans='/lidar/map_points', frame='laser_link'),
+        FaultyRobot(scans='/lidar/map_points', frame='laser_link'),
         Problem.FRAME,
     ),
-    'a frame misspelt': (Wiring(frame='lidar_'), Problem.FRAME),
-    'clouds without a frame': (Wiring(frame=''), Problem.FRAME),
-    'odometry without a child frame': (Wiring(child=''), Problem.FRAME),
-    'TF of another robot': (Wiring(tf='/robot_1/tf'), Problem.FRAME),
+    'a frame misspelt': (FaultyRobot(frame='lidar_'), Problem.FRAME),
+    'clouds without a frame': (FaultyRobot(frame=''), Problem.FRAME),
+    'odometry without a child frame': (FaultyRobot(child=''), Problem.FRAME),
+    'TF of another robot': (FaultyRobot(tf='/robot_1/tf'), Problem.FRAME),
     'two odometries in TF': (
-        Wiring(more_transforms=(('odom', 'base_link'), ('odom_lidar', 'base_link'))),
+        FaultyRobot(more_transforms=(('odom', 'base_link'), ('odom_lidar', 'base_link'))),
         Problem.PARENTS,
     ),
-    'a loop in TF': (Wiring(more_transforms=(('a', 'b'), ('b', 'c'), ('c', 'a'))), Problem.LOOP),
-    'static transforms not latched': (Wiring(is_static_latched=False), Problem.QOS),
-    'stamps since the start of the sensor': (Wiring(scan_clock_s=-1.6e9), Problem.OTHER_CLOCK),
-    'a clock that goes back': (Wiring(jump=(20, -3.03)), Problem.CLOCK_JUMP),
-    'a clock that skips': (Wiring(jump=(20, 7.0)), Problem.CLOCK_JUMP),
-    'no times of points': (Wiring(has_times=False), Problem.POINT_TIMES),
-    'a lidar upside down': (Wiring(T_mount_lidar=turned('x', 180.0)), Problem.UPSIDE_DOWN),
-    'a lidar tilted': (Wiring(T_mount_lidar=turned('y', 15.0)), Problem.TILTED),
+    'a loop in TF': (
+        FaultyRobot(more_transforms=(('a', 'b'), ('b', 'c'), ('c', 'a'))),
+        Problem.LOOP,
+    ),
+    'static transforms not latched': (FaultyRobot(is_static_latched=False), Problem.QOS),
+    'stamps since the start of the sensor': (
+        FaultyRobot(scan_clock_s=-1.6e9),
+        Problem.OTHER_CLOCK,
+    ),
+    'a clock that goes back': (FaultyRobot(jump=(20, -3.03)), Problem.CLOCK_JUMP),
+    'a clock that skips': (FaultyRobot(jump=(20, 7.0)), Problem.CLOCK_JUMP),
+    'no times of points': (FaultyRobot(has_times=False), Problem.POINT_TIMES),
+    'a lidar upside down': (FaultyRobot(T_mount_lidar=turned('x', 180.0)), Problem.UPSIDE_DOWN),
+    'a lidar tilted': (FaultyRobot(T_mount_lidar=turned('y', 15.0)), Problem.TILTED),
     'a lidar with optical axes': (
-        Wiring(T_mount_lidar=turned('zyx', (-90.0, 0.0, -90.0))),
+        FaultyRobot(T_mount_lidar=turned('zyx', (-90.0, 0.0, -90.0))),
         Problem.TILTED,
     ),
-    'a lidar at another height': (Wiring(told_height_m=1.5), Problem.HEIGHT),
-    'odometry at 1 Hz': (Wiring(scans_per_pose=10), Problem.SPARSE),
-    'wheels that count 1.6 times the way': (Wiring(wheel_scale=1.6), Problem.ODOMETRY),
-    'wheels that count 1.4 times the way': (Wiring(wheel_scale=1.4), Problem.ODOMETRY),
-    'a lidar 20 degrees off in yaw': (Wiring(T_mount_lidar=turned('z', 20.0)), Problem.ODOMETRY),
-    'a lidar 90 degrees off in yaw': (Wiring(T_mount_lidar=turned('z', 90.0)), Problem.ODOMETRY),
-    'wheels that turn 4 degrees a metre': (Wiring(drift_deg_per_m=4.0), Problem.ODOMETRY),
-    'odometry of two nodes': (Wiring(flips=True), Problem.ODOMETRY),
-    'wheels that turn the other way': (Wiring(mirrored_turns=True), Problem.ODOMETRY),
-    'a gyroscope without a place': (Wiring(gyro_frame='imu_link'), Problem.FRAME),
-    'a gyroscope in degrees': (Wiring(gyro_frame='imu', gyro_factor=180.0 / np.pi), Problem.GYRO),
-    'a gyroscope of another scale': (Wiring(gyro_frame='imu', gyro_factor=0.6), Problem.GYRO),
-    'a gyroscope with an offset': (Wiring(gyro_frame='imu', gyro_offset_deg=5.0), Problem.GYRO),
+    'a lidar at another height': (FaultyRobot(told_height_m=1.5), Problem.HEIGHT),
+    'odometry at 1 Hz': (FaultyRobot(scans_per_pose=10), Problem.SPARSE),
+    'wheels that count 1.6 times the way': (FaultyRobot(wheel_scale=1.6), Problem.ODOMETRY),
+    'wheels that count 1.4 times the way': (FaultyRobot(wheel_scale=1.4), Problem.ODOMETRY),
+    'a lidar 20 degrees off in yaw': (
+        FaultyRobot(T_mount_lidar=turned('z', 20.0)),
+        Problem.ODOMETRY,
+    ),
+    'a lidar 90 degrees off in yaw': (
+        FaultyRobot(T_mount_lidar=turned('z', 90.0)),
+        Problem.ODOMETRY,
+    ),
+    'wheels that turn 4 degrees a metre': (FaultyRobot(drift_deg_per_m=4.0), Problem.ODOMETRY),
+    'odometry of two nodes': (FaultyRobot(flips=True), Problem.ODOMETRY),
+    'wheels that turn the other way': (FaultyRobot(mirrored_turns=True), Problem.ODOMETRY),
+    'a gyroscope without a place': (FaultyRobot(gyro_frame='imu_link'), Problem.FRAME),
+    'a gyroscope in degrees': (
+        FaultyRobot(gyro_frame='imu', gyro_factor=180.0 / np.pi),
+        Problem.GYRO,
+    ),
+    'a gyroscope of another scale': (FaultyRobot(gyro_frame='imu', gyro_factor=0.6), Problem.GYRO),
+    'a gyroscope with an offset': (
+        FaultyRobot(gyro_frame='imu', gyro_offset_deg=5.0),
+        Problem.GYRO,
+    ),
     'a gyroscope upside down': (
-        Wiring(gyro_frame='imu', T_imu_lidar=turned('x', 180.0)),
+        FaultyRobot(gyro_frame='imu', T_imu_lidar=turned('x', 180.0)),
         Problem.GYRO,
     ),
     'a gyroscope on other axes': (
-        Wiring(gyro_frame='imu', T_imu_lidar=turned('x', 90.0)),
+        FaultyRobot(gyro_frame='imu', T_imu_lidar=turned('x', 90.0)),
         Problem.GYRO,
     ),
 }
 """
-Given: wirings with one fault each, by name, and which problem that is.
+Given: robots with one fault each, by name, and which problem that is.
 """
 
 
-def record(path: Path, drive: ShortDrive, robot: Wiring) -> Path:
+def record(path: Path, drive: ShortDrive, robot: FaultyRobot) -> Path:
     """Write the drive of a robot as a bag; clouds arrive by the right clock, whatever they say."""
     T_base_lidar = np.eye(4)
     T_base_lidar[2, 3] = _HEIGHT_M
@@ -168,7 +186,7 @@ def record(path: Path, drive: ShortDrive, robot: Wiring) -> Path:
     return path
 
 
-def _times_s(scan: SimulatedScan, robot: Wiring) -> NDArray[np.float32] | None:
+def _times_s(scan: SimulatedScan, robot: FaultyRobot) -> NDArray[np.float32] | None:
     """Return the times of a scan's points since its stamp."""
     if not robot.has_times:
         return None
@@ -176,7 +194,7 @@ def _times_s(scan: SimulatedScan, robot: Wiring) -> NDArray[np.float32] | None:
     return (scan.time_s - _SWEEP_S + robot.last_time_s).astype(np.float32)
 
 
-def _odometry(drive: ShortDrive, robot: Wiring) -> Array:
+def _odometry(drive: ShortDrive, robot: FaultyRobot) -> Array:
     """Return the sensor's poses (S, 4, 4) as the robot's wheels have them."""
     poses = [drive.wheels[0]]
     for before, after in zip(drive.wheels, drive.wheels[1:], strict=False):
@@ -193,7 +211,7 @@ def _odometry(drive: ShortDrive, robot: Wiring) -> Array:
     return told
 
 
-def _write_gyro(bag: BagWriter, drive: ShortDrive, robot: Wiring) -> None:
+def _write_gyro(bag: BagWriter, drive: ShortDrive, robot: FaultyRobot) -> None:
     """Write rates at 50 Hz, steady between two poses of the wheels."""
     scans, wheels = drive.scans, drive.wheels
     bag.write_transform(f'{robot.tf}_static', scans[0].stamp_ns, 'base_link', 'imu', np.eye(4))
