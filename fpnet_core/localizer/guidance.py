@@ -193,6 +193,6 @@ def _why(placed: Placements, among_nats: float) -> str:
 
 
 def _rivals(placed: Placements) -> int:
-    """Count the placements that are nearly as probable as the best one."""
+    """Count the placements that a claim of the best one has to rule out."""
     p = placed.probability
     return int(np.count_nonzero(p >= _RIVAL_SHARE * p[0])) - 1
