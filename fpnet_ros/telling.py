@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any
 
@@ -13,6 +13,7 @@ from fpnet_core.config import ScalePolicy
 from fpnet_core.doctor import Finding
 from fpnet_core.errors import FpnetError
 from fpnet_core.localizer.guidance import NextLook, next_look
+from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.stamps import NS_PER_S
@@ -25,6 +26,14 @@ from fpnet_ros.runtime import StatusLog, one_line
 from fpnet_ros.settings import LocalizerParameters
 from fpnet_ros.storeys import StoreyTopics
 from msg_adapters.diagnostics import LocalizerReport
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """Where to look next, and the snapshot that tells it."""
+
+    of: Snapshot
+    at: NextLook | None
 
 
 class Telling:
@@ -65,6 +74,7 @@ class Telling:
         """The scan that was added last, None before the first."""
         self.told: LocalizerReport | None = None
         """What the last tick said, None before the first."""
+        self._looked: _Looked | None = None
 
     @property
     def claimed(self) -> Any:
@@ -90,8 +100,10 @@ class Telling:
         frame, A_plan_odom = self.frame, self._localizer.output.A_plan_odom
         if frame is not None and A_plan_odom is not None:
             self._show(frame.followed(A_plan_odom))
+        look = self._look(self._localizer.snapshot)
         moment = self._publish_moment()  # the tick may have found the robot after its newest scan
-        moment = replace(moment, look=_look(moment))
+        if look.of is moment.snapshot and not self._health.is_starved:
+            moment = replace(moment, look=look.at)
         report = self._storeys.noted(
             self._health.report(moment.output, self._settings().stale_input_s)
         )
@@ -124,7 +136,7 @@ class Telling:
         settings, now_ns = self._settings(), self._now_ns()
         if self._node.is_active and self._health.has_turned(now_ns, settings.scan_timeout_s):
             self.tick()
-        if settings.sends_tf and now_ns and not self._health.is_starved:
+        if settings.sends_tf and now_ns:
             self._out.broadcast(now_ns + round(settings.transform_tolerance * NS_PER_S))
 
     def diagnostics(self, findings: Sequence[Finding]) -> None:
@@ -136,6 +148,17 @@ class Telling:
         """Claim nothing any more."""
         with self._lock:
             self._out.forget_claim()
+
+    def _look(self, snapshot: Snapshot) -> _Looked:
+        """Return where to look next; what was found for the same output stands."""
+        looked, scan = self._looked, self.newest
+        if looked is None or looked.of is not snapshot:
+            at = None
+            if snapshot.plan is not None and scan is not None:
+                drawn = snapshot.plan.nominal.evidence
+                at = next_look(drawn, snapshot.output, scan.T_odom_base)
+            self._looked = looked = _Looked(snapshot, at)
+        return looked
 
     def _publish_moment(self) -> Moment:
         """Publish where the robot is, by what holds now, and return that."""
@@ -153,11 +176,3 @@ class Telling:
 
     def _now_ns(self) -> int:
         return self._node.get_clock().now().nanoseconds
-
-
-def _look(moment: Moment) -> NextLook | None:
-    """Return where to look next; None where a claim stands, or nobody knows."""
-    plan, scan = moment.snapshot.plan, moment.scan
-    if plan is None or scan is None:
-        return None
-    return next_look(plan.nominal.evidence, moment.output, scan.T_odom_base)

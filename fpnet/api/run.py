@@ -205,9 +205,13 @@ class Run:
         """How far the plan is out of date where the robot is at the end; None unless it is."""
         return None if self.differences is None else outdated_here(self.last, self.differences)
 
-    @property
+    @cached_property
     def next_look(self) -> NextLook | None:
-        """Where to look next; None where the robot is localized, or no look would tell more."""
+        """
+        Where to look next; None where the robot is localized, or no look would tell more.
+
+        Its words are as the sensor faces.
+        """
         plan, path = self._localizer.snapshot.plan, self.result.odometry
         if plan is None or not len(path):
             return None

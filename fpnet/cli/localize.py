@@ -269,7 +269,9 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     common.say(f'{ended.summary}{seen}', json_path)
     common.say_causes(ended.causes, json_path)
     if ended.run.next_look is not None:
-        common.say(f'where to look next: {ended.run.next_look.words}', json_path)
+        common.say(
+            f'where to look next, as the sensor faces: {ended.run.next_look.words}', json_path
+        )
 
 
 def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:

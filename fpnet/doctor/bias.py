@@ -27,6 +27,14 @@ _WAY, _TURNED, _MOUNT_RAD, _DRIFT_RADPM = 0.1, 0.1, math.radians(5.0), math.radi
 _FEWEST_M, _FEWEST_RAD, _FEWEST = 2.0, math.radians(90.0), 8
 
 
+OPPOSITE = (
+    'look how the lidar is mounted: upside down it sees left as right, and its static transform '
+    "needs --roll 3.14159; else the wheels' turns have the wrong sign (swapped sides, an IMU "
+    'upside down)'
+)
+"""What to do where odometry and scans turn opposite ways."""
+
+
 def check_bias(where: str, moved: Sequence[tuple[Array, Array]]) -> Iterator[Finding]:
     """
     Yield what an odometry, heard on ``where``, is steadily wrong by.
@@ -57,6 +65,8 @@ def check_bias(where: str, moved: Sequence[tuple[Array, Array]]) -> Iterator[Fin
     has_turned = np.abs(turn[:, 1]).sum() > _FEWEST_RAD
     if has_turned and _is_off(float(gain) - 1.0, sigmas[1], _TURNED):
         fix = "set the distance between the wheels, or the gyro's scale, in its driver"
+        if gain < 0.0:
+            fix = OPPOSITE
         yield _found(where, f'{told} it reports {float(gain):.2f} times the turns', fix)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from fpnet.doctor.bias import check_bias
+from fpnet.doctor.bias import OPPOSITE, check_bias
 from fpnet_core.config import OdometryConfig
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed
@@ -80,8 +80,8 @@ class Motion:
     @property
     def turns_the_other_way(self) -> bool:
         """Tell whether the headings are one another's mirror image, as far as drift allows."""
-        left = [_yaw(T) for T in (self.by_odometry, self.by_scans)]
-        return left[0] * left[1] < 0.0 and abs(sum(left)) < _OFF_RAD
+        one, other = (_yaw(T) for T in (self.by_odometry, self.by_scans))
+        return abs(one + other) < 0.5 * min(abs(one), abs(other))
 
     @property
     def said(self) -> str:
@@ -136,22 +136,17 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         yield from check_bias(seen.odometry, [(m.by_odometry, m.by_scans) for m in found])
         return
     what, count = ('driving', len(drives)) if astray else ('turning', len(turns))
-    worst = max(off, key=lambda each: each.off_m)
-    evidence = f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}'
-    if _most(turns, [m for m in turns if m.turns_the_other_way]):
-        yield Finding(
-            Problem.ODOMETRY,
-            seen.odometry,
-            f'{evidence}: they turn opposite ways',
-            'look how the lidar is mounted: upside down it sees left as right, and its static '
-            "transform needs --roll 3.14159; else the wheels' turns have the wrong sign (swapped "
-            'sides, an IMU upside down)',
-        )
+    if opposite := _most(turns, [m for m in turns if m.turns_the_other_way]):
+        most = max(opposite, key=lambda each: abs(_yaw(each.by_scans)))
+        evidence = f'in {len(opposite)} of {len(turns)} half seconds of turning the other way'
+        said = f'{evidence}; in one {most.said}'
+        yield Finding(Problem.ODOMETRY, seen.odometry, said, OPPOSITE)
         return
+    worst = max(off, key=lambda each: each.off_m)
     yield Finding(
         Problem.ODOMETRY,
         seen.odometry,
-        evidence,
+        f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}',
         'look at both in RViz (fixed frame odom, clouds with a decay time of 10 s): smeared walls '
         "mean odometry is wrong (wheel radius, track width, an IMU's sign), or the yaw of the "
         'static transform to the sensor; meanwhile use KISS-ICP (fpnet localize --odometry kiss)',

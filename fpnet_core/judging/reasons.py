@@ -80,7 +80,7 @@ class Circumstances:
     rival_storey : another storey, the share of the walls that its best placement explains, and the
         probability of that one
     unsearched : other storeys that are still to be searched
-    unseen_m : length of the drawn walls beyond those seen [m]
+    unseen_m : estimate of the drawn walls that are still to be seen [m]
     """
 
     walls_m: float

@@ -105,8 +105,8 @@ class Sight:
         Where the robot is in the submap [m]; None without one.
     floor_m2, driven_m
         Free space seen so far, and the way on which that was.
-    plan_walls_m
-        Length of the drawn walls.
+    unseen_m
+        Estimate of the drawn walls that are still to be seen.
     needs_news
         A claim asks for more of it between the ticks that confirm it.
     scales
@@ -125,7 +125,7 @@ class Sight:
     robot_xy: NDArray[np.float64] | None = None
     floor_m2: float = 0.0
     driven_m: float = 0.0
-    plan_walls_m: float = np.inf
+    unseen_m: float = np.inf
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
     storey: str = ''
@@ -186,7 +186,7 @@ class HypothesisTracker:
             storey=sight.storey,
             rival_storey=sight.rival_storey,
             unsearched=sight.unsearched,
-            unseen_m=sight.plan_walls_m - sight.sub.wall_length_m,
+            unseen_m=sight.unseen_m,
         )
         is_beaten = verdict.best + verdict.elsewhere < verdict.none + verdict.foreign
         if not verdict.placements or is_mirrored or is_beaten:

@@ -32,6 +32,7 @@ from fpnet_core.judging.reasons import CONTRADICTED, FEW_WALLS_M
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan, denied_scale
+from fpnet_core.localizer.kept import is_brief
 from fpnet_core.localizer.maps import MapMatch
 from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
 from fpnet_core.localizer.sides import StageTimer, plan_side, prepare_submap
@@ -41,7 +42,8 @@ from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_core.trajectory import path_length
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
-_STRAIGHT_DEG = 3.0  # chosen: a map that is bent by less fits as well as a straight one
+# Chosen: a map that is bent by less fits as well as a straight one.
+_STRAIGHT_DEG, _STRAIGHT_M = 3.0, 0.3
 _FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
 # Numerical: scales from a third to three times what was taken, or what rooms tell instead.
 _WIDEST = 2.0
@@ -93,8 +95,10 @@ def explain_run(
         found = replace(found, denial=floorplan.denial)
         found = _looked_at(found, largest, floorplan, matcher, config)
         if found.drift is not None:
-            straight = [s for s in seen if path_length(s.path_xy) <= _straight_m(found.drift)]
-            found = replace(found, early=_early(straight, floorplan, matcher, config))
+            kept = [o.submap for o in outputs if o.submap is not None and not is_brief(o)]
+            straight_m = _straight_m(found.drift)
+            early = [submap for submap in kept if path_length(submap.path_xy) <= straight_m]
+            found = replace(found, early=_early(early, floorplan, matcher, config))
     return causes_of(_of_reading(found, reading, storey), asked)
 
 
@@ -196,8 +200,11 @@ def _early(
 
 
 def _straight_m(drift: DoubleWalls | TurningWalls) -> float:
-    """Return the way on which odometry that drifts like this keeps its heading."""
-    return drift.path_m * min(1.0, _STRAIGHT_DEG / max(drift.turn_deg, _STRAIGHT_DEG))
+    """Return the way on which odometry that drifts like this hardly bends a map."""
+    times = drift.turn_deg / _STRAIGHT_DEG
+    if isinstance(drift, DoubleWalls):
+        times = max(times, drift.shift_m / _STRAIGHT_M)
+    return drift.path_m / max(times, 1.0)
 
 
 def _asked(submap: Submap, floorplan: Floorplan) -> Question:

@@ -24,19 +24,21 @@ from scipy.spatial import cKDTree
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.localizer.ways import way_grid_around
 from fpnet_core.pose import MapEvidence
+from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.rays import run_lengths, values_at
 from fpnet_core.types import UNKNOWN, LocalizerOutput, Status, Submap
 
 Array = NDArray[np.float64]
 
 _MOST_PLACEMENTS = 6  # numerical: placements that are compared
+_MOST_PLACES = 200  # numerical: the nearest ones, some 450 m2
 _VIEW_M, _RAYS = 8.0, 48  # numerical: how far and into how many directions a view is predicted
 _BEEN_M = 1.0  # physical: from places nearer to the path the same is seen
 _SAME_M = 0.4  # physical: ranges that differ by less do not part placements: drawings are so rough
 _SETUP_M = 10.0
 """
 A place is worth its gain by the way to it and this; fitted by ``python benchmarks/guidance.py
---seed 3000`` to 3, 6 and 10: a robot must not dwell on slivers at hand.
+--seed 3000`` among 3, 6 and 10: a robot must not dwell on slivers at hand.
 """
 
 # Chosen, not measured:
@@ -46,6 +48,7 @@ _FOREIGN_SHARE = 0.1  # of that: the best places in other buildings explain most
 _LEAST_NATS = 0.002  # less is not worth a way
 _RIVAL_SHARE = 0.01  # of the best placement's probability, from which on another is a rival
 _DOUBT = 0.01  # of a place without rivals: a claim takes one look more, wherever from
+_HALF = 0.5  # of the best one's probability: less is told from it, as much is its equal
 _TINY = 1e-12  # numerical: no logarithm of nothing
 
 _SECTORS = (
@@ -87,30 +90,31 @@ def next_look(
     Parameters
     ----------
     plan : evidence of the floorplan that ``output`` is on, nominal metres
-    output : of the last tick
+    output : of the last tick; one that says that the plan is mirrored has no next look
     T_odom_base : (4, 4), where the robot is
     """
     submap, placed = output.submap, output.estimates.take(slice(_MOST_PLACEMENTS))
-    if output.status is Status.LOCALIZED or submap is None or not placed.probability.any():
+    is_answered = output.status is Status.LOCALIZED or output.is_mirrored
+    if is_answered or submap is None or not placed.probability.any():
         return None
     base = submap.T_odom_submap.inv() @ SE2.from_matrix4(T_odom_base)
     ground = way_grid_around(submap, base.translation, (plan, placed[0].A_plan_submap))
     ways = ground.ways(base.translation)
     index = ground.lattice(ways)
     index = index[_is_new(ground.xy(index), submap)]
-    if not len(index):
+    index = index[np.argsort(ways.length_m[index], kind='stable')[:_MOST_PLACES]]
+    views = _views(plan, submap, placed, ground.xy(index))
+    worth = _worth(placed, views) / (ways.length_m[index] + _SETUP_M)
+    if not worth.any():
         return None
-    gains, among = _gains(plan, submap, placed, ground.xy(index))
-    best = int(np.argmax(gains / (ways.length_m[index] + _SETUP_M)))
-    if gains[best] < _LEAST_NATS:
-        return None
+    best = int(np.argmax(worth))
     way_m, way = float(ways.length_m[index[best]]), ground.xy(ways.to(int(index[best])))
     corner = base.inv().apply(ground.straight(way))
     return NextLook(
         way_odom=submap.T_odom_submap.apply(way),
         way_m=way_m,
-        gain_nats=float(gains[best]),
-        words=f'{_where(way_m, corner)}: {_why(placed, float(among[best]))}',
+        gain_nats=float(views.gain[best]),
+        words=f'{_where(way_m, corner)}: {_why(int(views.parted[best]))}',
     )
 
 
@@ -121,31 +125,57 @@ def _is_new(xy: Array, submap: Submap) -> NDArray[np.bool_]:
     return np.asarray(cKDTree(submap.path_xy).query(xy)[0] > _BEEN_M)
 
 
-def _gains(
-    plan: MapEvidence, submap: Submap, placed: Placements, xy: Array
-) -> tuple[Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Views:
     """
-    Return what a view from each of ``xy (K, 2)``, submap, is expected to tell, nats (K,).
+    What views from ``K`` places are expected to tell.
 
-    First of everything, "none of these" included, and then of the placements alone.
+    ``gain (K,)`` [nats] is of everything, "none of these" included, ``among (K,)`` of the
+    placements alone; ``parted (K,)`` counts those that they tell from the best one.
     """
+
+    gain: Array
+    among: Array
+    parted: NDArray[np.int64]
+
+
+def _worth(placed: Placements, views: _Views) -> Array:
+    """
+    Return what views are worth (K,), zeros where no look tells anything.
+
+    Rivals come first. Where no view parts them, more of what the plan shows may prove one that is
+    ahead; of equal ones nothing can be said.
+    """
+    p, rivals = placed.probability, _rivals(placed)
+    if rivals and views.among.max(initial=0.0) >= _LEAST_NATS:
+        return np.where(views.among >= _LEAST_NATS, views.among, 0.0)
+    if rivals and p[1] >= _HALF * p[0]:
+        return np.zeros(len(views.gain))
+    return np.where(views.gain >= _LEAST_NATS, views.gain, 0.0)
+
+
+def _views(plan: MapEvidence, submap: Submap, placed: Placements, xy: Array) -> _Views:
+    """Return what views from ``xy (K, 2)``, submap, are expected to tell."""
     p = placed.probability
+    is_rival = p >= _RIVAL_SHARE * p[0]
     other = max(1.0 - float(p.sum()), 0.0 if _rivals(placed) else _DOUBT)
     p, other = p / (p.sum() + other), other / (p.sum() + other)
     ranges, is_new = _predicted(plan, submap, placed, xy)  # (C, K, R), both
     arc = 2.0 * math.pi / _RAYS
-    gains, among = np.zeros(len(xy)), np.zeros(len(xy))
+    gain, among, parted = np.zeros(len(xy)), np.zeros(len(xy)), np.zeros(len(xy), np.int64)
     for i in range(len(p)):
         # Of two ranges the nearer wall is seen, or not, where it was not looked at.
         is_told = np.where(ranges[i] <= ranges, is_new[i], is_new)
         differs = is_told & (np.abs(ranges[i] - ranges) > _SAME_M)
-        parted_m = (np.minimum(ranges[i], ranges) * differs).sum(axis=2) * arc
+        left = _left_after((np.minimum(ranges[i], ranges) * differs).sum(axis=2) * arc)
+        if i == 0:
+            parted = np.count_nonzero((left < _HALF) & is_rival[:, None], axis=0)
         walls_m = (ranges[i] * (is_new[i] & (ranges[i] < _VIEW_M))).sum(axis=1) * arc
-        alike = p @ _left_after(parted_m)
-        left = alike + other * _left_after(_FOREIGN_SHARE * walls_m)
-        gains -= p[i] * np.log(np.maximum(left, _TINY))
+        alike = p @ left
+        foreign = other * _left_after(_FOREIGN_SHARE * walls_m)
+        gain -= p[i] * np.log(np.maximum(alike + foreign, _TINY))
         among -= p[i] / p.sum() * np.log(np.maximum(alike / p.sum(), _TINY))
-    return gains, among
+    return _Views(gain, among, parted)
 
 
 def _left_after(parted_m: Array) -> Array:
@@ -169,12 +199,14 @@ def _predicted(
         starts[:, :, None],
         (steps / per_m)[:, None],
         _VIEW_M * per_m[:, None, :, 0],
-        1.0,
+        max(1.0, float(placed.scale.max())),
     )
     ranges = np.minimum(runs / per_m[:, None, :, 0], _VIEW_M)
     ends = xy[None, :, None] + ranges[..., None] * ray
     grid = submap.grid
-    return ranges, values_at(grid.cells, grid.xy_to_rc(ends), UNKNOWN) == UNKNOWN
+    # A wall that is drawn a little behind where it was seen was looked at, too.
+    known = grown(grid.cells != UNKNOWN, round(_SAME_M / grid.resolution))
+    return ranges, ~values_at(known, grid.xy_to_rc(ends), False)
 
 
 def _where(way_m: float, corner: Array) -> str:
@@ -185,11 +217,11 @@ def _where(way_m: float, corner: Array) -> str:
     return f'{first} and on, {whole_m} m in all' if whole_m > first_m + 1 else first
 
 
-def _why(placed: Placements, among_nats: float) -> str:
+def _why(parted: int) -> str:
     """Say what for: to tell placements apart, or to see more of the one that there is."""
-    if not _rivals(placed) or among_nats < _LEAST_NATS:
+    if not parted:
         return 'more of what the plan shows can be seen there'
-    return f'walls there tell {1 + _rivals(placed)} places apart'
+    return f'walls there tell {1 + parted} places apart'
 
 
 def _rivals(placed: Placements) -> int:

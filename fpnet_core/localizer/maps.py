@@ -329,7 +329,7 @@ def _reason(
         is_claimed=status is MapMatchStatus.MATCHED,
         storey=storeys.name,
         rival_storey=storeys.rival,
-        unseen_m=pair.plan.evidence.wall_length_m - pair.sub.evidence.wall_length_m,
+        unseen_m=pair.plan.evidence.unseen_wall_m(pair.area_m2),
     )
     return reason_of(verdict, look)
 

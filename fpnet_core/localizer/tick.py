@@ -219,7 +219,7 @@ class _Tick:
             self.robot_xy,
             floor_m2=area_m2,
             driven_m=path_length(self.submap.path_xy),
-            plan_walls_m=self.plan.working.evidence.wall_length_m,
+            unseen_m=self.plan.working.evidence.unseen_wall_m(area_m2),
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',

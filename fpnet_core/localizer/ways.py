@@ -127,12 +127,12 @@ def way_grid_around(
     rc = grid.xy_to_rc(xy)
     seen = values_at(grid.cells, rc, UNKNOWN)
     near_wall = grown(grid.cells == OCCUPIED, round(_BODY_M / grid.resolution))
-    is_passable = (seen == FREE) & ~values_at(near_wall, rc, False)
+    is_clear, is_free = ~values_at(near_wall, rc, False), seen == FREE
     if drawn is not None:
         plan, A_plan_submap = drawn
         drawn_rc = A_plan_submap.apply(xy) @ plan.A_rc_xy[:, :2].T + plan.A_rc_xy[:, 2]
         body = np.float32(_BODY_M * A_plan_submap.scale)
-        is_free = values_at(plan.wall_distance, drawn_rc, 0.0) > body
-        is_free &= values_at(plan.outside_depth, drawn_rc, np.inf) == 0.0
-        is_passable |= (seen == UNKNOWN) & is_free
-    return WayGrid(is_passable, seen != UNKNOWN, low)
+        is_drawn = values_at(plan.wall_distance, drawn_rc, 0.0) > body
+        is_drawn &= values_at(plan.outside_depth, drawn_rc, np.inf) == 0.0
+        is_free |= (seen == UNKNOWN) & is_drawn
+    return WayGrid(is_clear & is_free, seen != UNKNOWN, low)

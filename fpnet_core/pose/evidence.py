@@ -146,6 +146,10 @@ class MapEvidence:
         """Length of all walls, as far as the thinned samples tell [m]."""
         return len(self.walls) * _WALL_SPACING_M
 
+    def unseen_wall_m(self, seen_m2: float) -> float:
+        """Estimate the walls that are still to be seen, of whose floor so much has been [m]."""
+        return self.wall_length_m * max(0.0, 1.0 - seen_m2 / max(self.free_area_m2, 1e-6))
+
     @property
     def free_area_m2(self) -> float:
         """Free area, as far as the thinned samples tell [m^2]."""

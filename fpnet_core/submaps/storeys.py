@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Storeys of a finished cloud: its level layers, told apart by how much ground they cover."""
+"""Storeys of a finished cloud: its level layers on which walls stand."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from fpnet_lab.sim.drives.recording import Recording
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_STEP_M = 0.3  # between scans, at 10 Hz and 3 m/s or every third one at 1 m/s
+_STEP_M = 0.3  # a step, with a scan before and after it
 _TICK_M = 1.5  # between ticks
 _CLEAR_M = 0.2  # a robot keeps so far from what stands beside and before it
 _STANDING_M = 0.15  # above the floor; lower is the floor

@@ -152,10 +152,11 @@ class ParserTrainer:
             group['lr'] = rate_at(
                 round(done * config.steps), config.steps, config.learning_rate, config.warmup
             )
+        seen, theta = self._seen(batch), self._moved(batch.theta)
         self.network.train()
         is_half = config.is_half or self.device.type == 'cuda'
         with torch.autocast(self.device.type, torch.bfloat16, enabled=is_half):
-            logits, places = self.network(self._picture(batch))
+            logits, places = self.network(self._with_context(seen, theta))
         answers, scale = (self._moved(each) for each in (batch.answers, batch.scale))
         loss = self._loss(logits.float(), pooled_scale(places.float()), answers, scale)
         self.optimizer.zero_grad(set_to_none=True)
@@ -169,10 +170,13 @@ class ParserTrainer:
     def _moved(self, values: Tensor) -> Tensor:
         return values.to(self.device, non_blocking=True)
 
+    def _seen(self, batch: Chunk) -> Tensor:
+        """Return views as the network sees them, in tones drawn at random."""
+        return (varied(self._moved(batch.pixels), self.generator) - _MIDDLE) / _SPREAD
+
     def _picture(self, batch: Chunk) -> Tensor:
         """Return the network's input (2 B, CHANNELS, S, S) of ``B`` pairs of views."""
-        pixels, theta = self._moved(batch.pixels), self._moved(batch.theta)
-        return self._with_context((varied(pixels, self.generator) - _MIDDLE) / _SPREAD, theta)
+        return self._with_context(self._seen(batch), self._moved(batch.theta))
 
     def _with_context(self, seen: Tensor, theta: Tensor) -> Tensor:
         """Return the input (2 B, CHANNELS, S, S): first looks, then second ones with context."""

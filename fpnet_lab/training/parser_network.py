@@ -227,11 +227,11 @@ def settle(network: ParserNetwork, pictures: Iterable[Tensor]) -> None:
 
         return count
 
-    hooks = [layer.conv.register_forward_hook(watch(name)) for name, layer in layers.items()]
-    for picture in pictures:
+    for picture in pictures:  # what makes the next one may ask the network, too
+        hooks = [layer.conv.register_forward_hook(watch(name)) for name, layer in layers.items()]
         network.eval()(picture)
-    for hook in hooks:
-        hook.remove()
+        for hook in hooks:
+            hook.remove()
     state = network.state_dict()
     for name, told in counted.items():
         mean, square = torch.stack(told).mean(dim=0)

@@ -38,6 +38,7 @@ from driven_robot import (
     NAMESPACE,
     NODE,
     PATIENCE_S,
+    STEP_NS,
     TOLERANCE_NS,
     Robot,
 )
@@ -114,6 +115,26 @@ def test_before_it_has_a_pose_it_says_where_to_look_next(robot):
     assert goal.frame_id == 'odom'
     end = way.points[-1]
     np.testing.assert_allclose(goal.T_frame_body.translation, (end.x, end.y), atol=1e-6)
+
+
+def test_without_scans_it_sends_nobody_anywhere(robot):
+    """The last look was made where the robot was when it still saw something."""
+    robot.bench.call(Trigger, f'{NODE}/reset')
+    robot.goals.clear()
+    assert robot.step_until(lambda: robot.goals), robot.child.log_tail()
+    for _ in range(30):
+        robot.offset_ns += STEP_NS
+        robot._clock.publish(Clock(clock=stamp_to_msg(robot.now_ns)))
+        if robot.bench.wait_for(lambda: robot.status is Status.WAITING, 0.3):
+            break
+    assert robot.status is Status.WAITING
+    robot.goals.clear()
+    for _ in range(8):
+        robot.offset_ns += STEP_NS
+        robot._clock.publish(Clock(clock=stamp_to_msg(robot.now_ns)))
+        robot.bench.wait_for(lambda: False, 0.3)
+    assert not robot.goals
+    assert not report_from_msg(robot.statuses[-1]).look
 
 
 def test_what_it_has_seen_and_thinks_is_drawn(robot):

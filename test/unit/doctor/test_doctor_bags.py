@@ -142,7 +142,7 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         (replace(RIGHT, flips=True), Problem.ODOMETRY, '/odom', ['as no robot does', 'two nodes']),
         (
             replace(RIGHT, mirrored_turns=True),
-            Problem.ODOMETRY, '/odom', ['they turn opposite ways', 'wrong sign', '--roll 3.14159'],
+            Problem.ODOMETRY, '/odom', ['turning the other way', 'wrong sign', '--roll 3.14159'],
         ),
         (
             replace(RIGHT, T_mount_lidar=turned('z', 90.0)),

@@ -20,7 +20,7 @@ from fpnet_core.judging.asked import Asked
 from fpnet_core.judging.findings import DoubleWalls, TurningWalls
 from fpnet_core.judging.reasons import MIRRORED, UPSIDE_DOWN
 from fpnet_core.localizer import Localizer, match_maps, replay
-from fpnet_core.localizer.diagnosis import explain_match, explain_run
+from fpnet_core.localizer.diagnosis import _straight_m, explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation.moved import rescaled
@@ -263,3 +263,16 @@ def test_two_maps_say_why_they_do_not_match(matcher, other_plan):
         match = match_maps(plan, seen, matcher, CONFIG, True, True)
         causes = explain_match(match, matcher, CONFIG, asked=ASKED)
         assert causes[0].kind is kind
+
+
+@pytest.mark.parametrize(
+    ('drift', 'way_m'),
+    [
+        (DoubleWalls(0.1, 1.0, 40.0, 0.4, 0.9), 40.0),
+        (DoubleWalls(0.1, 6.0, 40.0, 0.4, 0.9), 20.0),
+        (DoubleWalls(3.0, 1.0, 40.0, 0.4, 0.9), 4.0),
+        (TurningWalls(30.0, 40.0), 4.0),
+    ],
+)
+def test_what_was_seen_before_drift_is_told_by_its_turn_and_its_shift(drift, way_m):
+    assert _straight_m(drift) == pytest.approx(way_m)

@@ -68,9 +68,30 @@ def test_it_is_said_as_the_robot_stands(plan, yaw_deg, where):
     assert f' m {where}: walls' in next_look(plan, seen, robot(yaw_deg)).words
 
 
-def test_of_equal_halves_no_look_tells_anything(plan):
-    halves = output((12.0, 0.0, 0.0), (12.0, 0.0, np.pi), p=[0.5, 0.5])
+@pytest.mark.parametrize('p', [0.5, 0.49])
+def test_of_equal_halves_no_look_tells_anything(plan, p):
+    halves = output((12.0, 0.0, 0.0), (12.0, 0.0, np.pi), p=[p, p])
     assert next_look(plan, halves, robot()) is None
+
+
+def test_a_mirrored_plan_is_to_be_flipped_first(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    assert next_look(plan, replace(seen, is_mirrored=True), robot()) is None
+
+
+def test_ways_keep_off_walls_that_were_seen_where_none_is_drawn(plan):
+    """The best placement draws the corridor half a metre beside where it was seen."""
+    seen = output((12.0, 0.5, 0.0), (LONG_M - 7.0, 0.5, 0.0), p=[0.5, 0.5])
+    found = next_look(plan, seen, robot())
+    inside = np.abs(found.way_odom[:, 0]) < SEEN_M
+    assert (np.abs(found.way_odom[inside, 1]) < 0.5 * WIDE_M - 0.15).all()
+
+
+def test_walls_drawn_a_little_behind_where_they_were_seen_are_not_new(plan):
+    whole = corridor(-12.0, 12.0, True)
+    submap = Submap(whole, np.zeros(whole.shape, np.bool_), np.zeros((1, 2)))
+    off = replace(output((12.0, 0.2, 0.0), p=[0.6]), submap=submap)
+    assert next_look(plan, off, robot()) is None
 
 
 def test_one_place_is_made_sure_by_more_of_what_the_plan_shows(plan):

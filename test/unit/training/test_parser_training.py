@@ -140,6 +140,13 @@ def test_weights_of_rare_classes_are_taken_out_again():
     np.testing.assert_allclose(bias[20:], 0.0, atol=1e-6)
 
 
+def asked_of(network, pictures):
+    """Yield pictures, each made with another answer of the network."""
+    for picture in pictures:
+        network(1e3 * torch.ones(1, 9, 64, 64))
+        yield picture
+
+
 def test_a_packaged_network_learns_on_with_the_same_answers():
     """Normalisations that were folded away come back, and count what they see."""
     torch.manual_seed(1)
@@ -154,13 +161,13 @@ def test_a_packaged_network_learns_on_with_the_same_answers():
         again = ParserNetwork(ParserNetworkConfig())
         restored(onnx_bytes(packaged), again, weights)
         before, after = (each.eval()(pictures[0]) for each in (first, again))
-        settle(again, pictures)
+        settle(again, asked_of(again, pictures))
         settled = again.eval()(pictures[0])
     for one, two, three in zip(before, after, settled, strict=True):
         torch.testing.assert_close(two, one, atol=2e-2, rtol=1e-2)  # half precision
         torch.testing.assert_close(three, two, atol=1e-3, rtol=1e-3)
     norm = again.stem.norm
-    assert norm.running_mean.abs().max() > 0.0
+    assert 0.0 < norm.running_mean.abs().max() < 10.0
     assert not torch.equal(norm.weight, torch.ones_like(norm.weight))
 
 
