@@ -11,6 +11,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
@@ -19,13 +20,7 @@ from fpnet_core.raster.morphology import Mask, closed, grown
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
-from fpnet_core.submaps.storeys import (
-    StoreyHeights,
-    check_extent,
-    find_storeys,
-    spacing_m,
-    without_strays,
-)
+from fpnet_core.submaps.storeys import StoreyHeights, check_extent, find_storeys, without_strays
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 _log = logging.getLogger(__name__)
@@ -35,6 +30,7 @@ _BIN_M = 0.1  # numerical: heights at which a column is filled or not
 _FLOOR_M = 0.12  # floor returns scatter by so much
 _CEILING_M = 0.2  # ceiling returns scatter by so much, beams included
 _GAP_M = 0.3  # gaps between floor or ceiling returns up to this are free, too
+_SPACING_POINTS = 50_000  # numerical: points in the middle, whose spacing is measured
 _SPARE = 1.1  # numerical: so many voxels of a thinned cloud hold a point of its surface for sure
 _MIN_BODY_BINS = 2  # at body height, a column filled in fewer bins holds noise
 _TALL_BINS = 2  # above body height a wall fills as many bins, in its column or beside it
@@ -130,7 +126,7 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
     col_row = np.floor(own[:, :2] / config.resolution_m).astype(np.int64) - corner
     cols, rows = (col_row.max(axis=0) + 1).tolist()
     check_extent(np.array([cols, rows]) * config.resolution_m, config.resolution_m)
-    apart_m = _SPARE * spacing_m(own)
+    apart_m = _SPARE * _spacing_m(own)
     columns = _Columns(
         col_row[:, 1] * cols + col_row[:, 0],
         own[:, 2] - level.floor_m,
@@ -144,6 +140,14 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
     x, y = (corner * config.resolution_m).tolist()
     grid = GridMap(cells, config.resolution_m, SE2.from_xy_yaw(x, y, 0.0), 'submap')
     return Submap(grid, lintel, np.zeros((0, 2)))
+
+
+def _spacing_m(points: NDArray[np.float64]) -> float:
+    """Return how far neighbours are apart: the edge of the voxels that a cloud was thinned to."""
+    away = np.abs(points - np.median(points, axis=0)).max(axis=1)
+    count = min(_SPACING_POINTS, len(points))
+    near = points[np.argpartition(away, count - 1)[:count]]
+    return float(np.median(cKDTree(near).query(near, k=2)[0][:, 1])) if count > 1 else 0.0
 
 
 def _told_apart(

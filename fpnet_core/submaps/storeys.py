@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.raster.morphology import grown
@@ -33,10 +31,10 @@ _BELOW = 0.7  # of a ceiling lies below the next floor, of a floor below tables 
 _JUST_ABOVE_M = (0.15, 0.6)  # a floor, where walls begin
 _STANDING_M = (0.5, 1.7)  # above a floor, where walls are
 _LEAST_WALLS = 0.02  # of a floor's ground; a roof has none above
+_EMPTY = 0.1  # of the usual layer; one with fewer walls is empty
 _WALLS_BEGIN = 0.7  # of what stands on a floor begins just above it at least
 _LOWEST_CEILING_M = 2.1
-_SAME_EDGE = 0.02  # numerical: of a layer; voxels that are larger by less are as large
-_SPACING_POINTS = 50_000  # numerical: points in the middle, whose spacing is measured
+_MOST_STEPS = 8  # numerical: layers from one that walls fill to the next
 _MOST_COLUMNS = 100_000_000  # numerical: columns times layers
 _MOST_CELLS = 25_000_000  # numerical: of a raster
 
@@ -116,9 +114,6 @@ def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
     thick = _around(filled)
     ground = thick.sum(axis=1).astype(np.float64)
     planes = _planes(ground)
-    # Of layers finer than a cloud's voxels every other one may be empty.
-    window = max(1, math.ceil(spacing_m(points) / _LAYER_M - _SAME_EDGE))
-    walls = sliding_window_view(np.pad(walls, (0, window - 1)), window).max(axis=1)
     floors: list[int] = []
     for layer in planes:
         is_clear = not floors or layer - floors[-1] >= _LOWEST_CEILING_M / _LAYER_M
@@ -166,14 +161,6 @@ def _around(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return around
 
 
-def spacing_m(points: Array) -> float:
-    """Return how far neighbours are apart: the edge of the voxels that a cloud was thinned to."""
-    away = np.abs(points - np.median(points, axis=0)).max(axis=1)
-    count = min(_SPACING_POINTS, len(points))
-    near = points[np.argpartition(away, count - 1)[:count]]
-    return float(np.median(cKDTree(near).query(near, k=2)[0][:, 1])) if count > 1 else 0.0
-
-
 def _planes(ground: Array) -> list[int]:
     """Return the layers that are floors or ceilings, lowest first: walls fill all others."""
     level = ground - np.median(ground)
@@ -201,18 +188,24 @@ def _bears_walls(walls: Array, ground: float, layer: int) -> bool:
     """
     Tell whether walls stand on a layer that covers ``ground`` columns.
 
-    They fill all layers from it upwards: ``walls (L,)`` is how many columns each fills. Between a
-    ceiling and the next floor they are gone.
+    They fill the layers just above it as they fill those at body height: ``walls (L,)`` is how
+    many columns each fills. Between a ceiling and the next floor they are gone.
     """
     low, high = (layer + round(metres / _LAYER_M) for metres in _STANDING_M)
-    if high > len(walls):
+    standing = walls[low:high]
+    if high > len(walls) or not standing.any():
         return False
-    standing = float(np.median(walls[low:high]))
+    # Of layers finer than a cloud's voxels, or than its rings on walls, some are empty.
+    is_filled = standing >= _EMPTY * np.median(standing[standing > 0.0])
+    steps = np.diff(np.flatnonzero(np.r_[True, is_filled, True]))
+    window = min(int(steps.max()), _MOST_STEPS)
+    filled = sliding_window_view(walls, window).max(axis=1)
     low, high = (layer + round(metres / _LAYER_M) for metres in _JUST_ABOVE_M)
-    begins = float(walls[low:high].min())
-    return (
-        standing >= _LEAST_WALLS * ground
-        and begins >= _WALLS_BEGIN * standing
+    begins = float(filled[low : high - window + 1].min())
+    standing_m = float(np.median(standing[is_filled]))
+    return bool(
+        standing_m >= _LEAST_WALLS * ground
+        and begins >= _WALLS_BEGIN * standing_m
         and ground >= _STANDS_OUT * begins
     )
 
