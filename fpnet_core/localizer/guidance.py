@@ -141,17 +141,13 @@ class _Views:
 
 def _worth(placed: Placements, views: _Views) -> Array:
     """
-    Return what views are worth (K,), zeros where no look tells anything.
+    Return what views are worth (K,): all that they tell, none where that is too little.
 
-    Rivals come first. Where no view parts them, more of what the plan shows may prove one that is
-    ahead; of equal ones nothing can be said.
+    Of places that are as probable and that no view parts nothing can be said.
     """
-    p, rivals = placed.probability, _rivals(placed)
-    if rivals and views.among.max(initial=0.0) >= _LEAST_NATS:
-        return np.where(views.among >= _LEAST_NATS, views.among, 0.0)
-    if rivals and p[1] >= _HALF * p[0]:
-        return np.zeros(len(views.gain))
-    return np.where(views.gain >= _LEAST_NATS, views.gain, 0.0)
+    p, most = placed.probability, views.among.max(initial=0.0)
+    is_even = _rivals(placed) and p[1] >= _HALF * p[0] and most < _LEAST_NATS
+    return np.where((views.gain >= _LEAST_NATS) & (not is_even), views.gain, 0.0)
 
 
 def _views(plan: MapEvidence, submap: Submap, placed: Placements, xy: Array) -> _Views:
