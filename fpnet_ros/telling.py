@@ -136,7 +136,7 @@ class Telling:
         settings, now_ns = self._settings(), self._now_ns()
         if self._node.is_active and self._health.has_turned(now_ns, settings.scan_timeout_s):
             self.tick()
-        if settings.sends_tf and now_ns:
+        if settings.sends_tf and now_ns and not self._health.is_starved:
             self._out.broadcast(now_ns + round(settings.transform_tolerance * NS_PER_S))
 
     def diagnostics(self, findings: Sequence[Finding]) -> None:
