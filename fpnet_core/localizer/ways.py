@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 _REACH_M = 25.0  # numerical: places farther away are left for later
 _CELL_M = 0.25  # numerical
 _BODY_M = 0.2  # physical: a robot's middle keeps so far from walls
+_BESIDE_M = 1.0  # physical: a robot stands no farther from floor that it can drive on
 _LATTICE = 6  # numerical: every so many cells, in both directions, is a place to look from
 
 
@@ -65,13 +66,12 @@ class WayGrid:
         return self.low + (np.stack([col, row], axis=-1) + 0.5) * _CELL_M
 
     def ways(self, start_xy: Array) -> Ways:
-        """Return the ways from the passable cell that is nearest to ``start_xy (2,)``."""
+        """Return the ways from the passable cell nearest to ``start_xy (2,)``; none from afar."""
         passable = self.is_passable.ravel()
         places = np.flatnonzero(passable)
-        if not len(places):
-            nothing = np.full(passable.size, -1)
-            return Ways(np.full(passable.size, np.inf), nothing)
         away = np.linalg.norm(self.xy(places) - start_xy, axis=1)
+        if away.min(initial=np.inf) > _BESIDE_M:
+            return Ways(np.full(passable.size, np.inf), np.full(passable.size, -1))
         graph = self._links(np.arange(passable.size).reshape(self.is_passable.shape))
         start = int(places[np.argmin(away)])
         length_m, before = dijkstra(graph, False, start, return_predecessors=True)

@@ -202,10 +202,10 @@ def _bears_walls(walls: Array, ground: float, layer: int) -> bool:
     filled = sliding_window_view(walls, window).max(axis=1)
     low, high = (layer + round(metres / _LAYER_M) for metres in _JUST_ABOVE_M)
     begins = float(filled[low : high - window + 1].min())
-    standing_m = float(np.median(standing[is_filled]))
+    usual = float(np.median(standing[is_filled]))
     return bool(
-        standing_m >= _LEAST_WALLS * ground
-        and begins >= _WALLS_BEGIN * standing_m
+        usual >= _LEAST_WALLS * ground
+        and begins >= _WALLS_BEGIN * usual
         and ground >= _STANDS_OUT * begins
     )
 

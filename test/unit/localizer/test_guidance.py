@@ -116,3 +116,12 @@ def test_nothing_is_said_where_a_claim_stands_or_nothing_was_found(plan):
     assert next_look(plan, output(p=[]), robot()) is None
     waiting = LocalizerOutput(0, Status.WAITING)
     assert next_look(plan, waiting, robot()) is None
+
+
+def test_nothing_is_said_where_there_is_no_way(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    walled = replace(seen.submap.grid, cells=np.full(seen.submap.grid.shape, OCCUPIED, np.int8))
+    nowhere = replace(seen, submap=replace(seen.submap, grid=walled))
+    far = SE2.from_xy_yaw(500.0, 0.0, 0.0).as_matrix4()
+    assert next_look(plan, nowhere, robot()) is None
+    assert next_look(plan, seen, far) is None
