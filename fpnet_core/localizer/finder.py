@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,13 +18,12 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
     MapSide,
+    aligned_placements,
     compared_at,
     propose,
     select_promising,
-    verified_estimates,
 )
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
-from fpnet_core.pose.scales import estimates_across_scales
 
 # Numerical: more changed no answer and took longer.
 _MAX_PAIRS = 800  # region pairs of each kind that become candidates
@@ -65,20 +63,19 @@ class Question:
     tracked: Placements = field(default_factory=Placements.empty)
     robot_xy: RobotXY = None
 
-    def verified(self, placements: Placements) -> Placements:
+    def aligned(self, placements: Placements) -> Placements:
         """Return placements aligned with the walls and scored, the best of them."""
-        return verified_estimates(
+        return aligned_placements(
             self.plan.evidence, self.sub.evidence, placements, self.search.freedom, self.robot_xy
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What one comparison of a submap with the plan found; by rasters, too: ``is_widened``."""
+    """What one comparison of a submap with the plan found."""
 
     match: MatchResult
     verdict: Verdict
-    is_widened: bool = False
 
     @property
     def estimates(self) -> Placements:
@@ -94,42 +91,23 @@ class Finder:
     judge: Judge
     config: FpnetConfig
 
-    def is_claim(self, verdict: Verdict) -> bool:
-        """Tell whether the best placement is as probable as a claim takes."""
-        return verdict.best >= self.config.localizer.claim_probability
-
-    def find(self, asked: Question, timer: StageTimer, enough: float | None = None) -> Comparison:
+    def find(self, asked: Question, timer: StageTimer) -> Comparison:
         """
-        Match, propose, verify and judge: all placements worth knowing, most probable first.
+        Match, propose, align and judge: all placements worth knowing, most probable first.
 
-        Where what the graph proposes leads to no claim, the rasters propose as well. Where the
-        search doubts what was stated, both propose beyond it, too: what fits within may fit
-        better there. ``timer`` receives the durations of stages; ``enough`` is the probability
-        that is a claim, None takes the configured one of robots.
+        The region graph and the rasters both propose, so that no competing hypothesis stays
+        hidden behind one that fits. Where the search doubts the scale that was stated, both
+        propose beyond it, too. ``timer`` receives the durations of the stages.
         """
-        limit = self.config.localizer.claim_probability if enough is None else enough
-        found = None
-        for found in self.looks(asked, timer):
-            if found.verdict.best >= limit:
-                break
-        assert found is not None  # there is a first look
-        return self.doubted(asked, found, timer)
-
-    def looks(self, asked: Question, timer: StageTimer) -> Iterator[Comparison]:
-        """Yield what the graph leads to, then what the graph and the rasters lead to."""
-        match, found = self._by_graph(asked, timer)
-        verdict = self._judged(asked, found, match, timer)
-        yield Comparison(match, verdict)
-        yield self._by_both(asked, match, verdict.placements, timer)
-
-    def find_rivals(self, asked: Question, timer: StageTimer) -> Comparison:
-        """
-        Return what the graph and the rasters lead to; the graph alone is not judged.
-
-        For a drawing that is probably wrong, on which nothing will be claimed at first sight.
-        """
-        found = self._by_both(asked, *self._by_graph(asked, timer), timer)
-        return self.doubted(asked, found, timer)
+        with timer.stage('match'):
+            match = self.matcher.match(asked.plan.graph, asked.sub.graph, asked.area_m2)
+        with timer.stage('propose'):
+            proposed = asked.tracked.joined(self._proposed(asked, match))
+        with timer.stage('align'):
+            found = asked.aligned(proposed)
+        return self.doubted(
+            asked, Comparison(match, self._judged(asked, found, match, timer)), timer
+        )
 
     def doubted(self, asked: Question, found: Comparison, timer: StageTimer) -> Comparison:
         """
@@ -143,7 +121,7 @@ class Finder:
         wide = replace(asked, search=search.misstated)
         with timer.stage('misstated'):
             known = asked.tracked.joined(found.estimates)
-            placed = self._widened(wide, known.joined(self._proposed(wide, match)))
+            placed = wide.aligned(known.joined(self._proposed(wide, match)))
             doubt = self._judged(wide, placed, match, StageTimer())
             scale = doubt.placements.scale
             is_beyond = wide.search.is_within(scale) & ~search.is_within(scale)
@@ -158,28 +136,19 @@ class Finder:
 
     def follow(self, asked: Question, match: MatchResult, timer: StageTimer) -> Comparison:
         """Verify and judge the tracked placements on new evidence, and look for no others."""
-        with timer.stage('verify'):
-            found = asked.verified(asked.tracked)
+        with timer.stage('align'):
+            found = asked.aligned(asked.tracked)
         return Comparison(match, self._judged(asked, found, match, timer))
 
-    def _by_graph(self, asked: Question, timer: StageTimer) -> tuple[MatchResult, Placements]:
-        """Return what the matcher says, and the verified placements that it leads to."""
-        with timer.stage('match'):
-            match = self.matcher.match(asked.plan.graph, asked.sub.graph, asked.area_m2)
-        with timer.stage('propose'):
-            promising = self._proposed(asked, match)
-        with timer.stage('verify'):
-            return match, asked.verified(asked.tracked.joined(promising))
-
-    def _by_both(
-        self, asked: Question, match: MatchResult, found: Placements, timer: StageTimer
-    ) -> Comparison:
-        """Return what the rasters lead to beside what was ``found`` by the graph."""
-        with timer.stage('raster'):
-            found = self._widened(asked, found)
-        return Comparison(match, self._judged(asked, found, match, timer), True)
-
     def _proposed(self, asked: Question, match: MatchResult) -> Placements:
+        """
+        Return what the graph proposes, then what the rasters do.
+
+        The rasters try every other scale: refinement closes the gaps, and time goes with their
+        number.
+        """
+        from fpnet_core.pose.raster_search import search_placements  # loads SciPy's transforms
+
         plan, sub, search = asked.plan, asked.sub, asked.search
         is_sure = len(match.pairs) >= _SURE_PAIRS
         candidates = propose(
@@ -192,21 +161,11 @@ class Finder:
             _FOCUSED_PAIRS if is_sure else _MAX_PAIRS,
         )
         promising = select_promising(plan.evidence, sub.evidence, candidates)
-        return _assigned(match, search.factors).joined(promising)
-
-    def _widened(self, asked: Question, found: Placements) -> Placements:
-        """
-        Return the best of the graph's and the rasters' placements.
-
-        Every other scale will do: refinement closes the gaps, and time goes with their number.
-        """
-        from fpnet_core.pose.raster_search import search_placements  # loads SciPy's transforms
-
-        plan, sub, search = asked.plan.evidence, asked.sub.evidence, asked.search
-        raster = search_placements(plan, sub, search.factors[::2], _RASTER_CANDIDATES)
-        return estimates_across_scales(
-            plan, sub, found.joined(raster), search.freedom, asked.robot_xy
+        by_graph = _assigned(match, search.factors).joined(promising)
+        by_raster = search_placements(
+            plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
         )
+        return by_graph.joined(by_raster)
 
     def _judged(
         self, asked: Question, found: Placements, match: MatchResult, timer: StageTimer

@@ -256,7 +256,7 @@ def _compared(
 ) -> tuple[ScaledPair, Comparison]:
     with timer.stage('evidence'):
         pair = scaled_pair(plan, sub, finder.config)
-    return pair, finder.find(pair, timer, enough=finder.config.localizer.match_probability)
+    return pair, finder.find(pair, timer)
 
 
 def _told(

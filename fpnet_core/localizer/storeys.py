@@ -23,7 +23,7 @@ from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import WORD, Evidence, Judge, Verdict
 from fpnet_core.judging.evidence import CONTEXT, FIGURES
-from fpnet_core.localizer.finder import Comparison, Finder, Question
+from fpnet_core.localizer.finder import Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.localizer.sides import RobotXY, StageTimer
@@ -152,13 +152,11 @@ class StoreyLook:
     """
     What the other storeys are looked at with.
 
-    ``submap``, its side ``sub`` and ``robot_xy`` are the tick's, ``found`` what it found on the
-    storey that it is about.
+    ``submap``, its side ``sub`` and ``robot_xy`` are the tick's.
     """
 
     submap: Submap
     sub: MapSide
-    found: Comparison
     finder: Finder
     robot_xy: RobotXY
 
@@ -208,10 +206,7 @@ class StoreyLook:
     def _searched(self, storey: OtherStorey) -> OtherStorey:
         plan, area_m2 = storey.plan, self.submap.free_area_m2
         tracked = storey.tracked @ self.submap.T_odom_submap
-        # Where the graph has enough to go by on one storey, it has on the others.
-        is_enough = not self.found.is_widened and self.finder.is_claim(self.found.verdict)
-        asked = self._question(plan, tracked)
-        found = self.finder.find(asked, StageTimer(), 0.0 if is_enough else None)
+        found = self.finder.find(self._question(plan, tracked), StageTimer())
         return replace(
             storey,
             tracked=self._in_odom(found.estimates),

@@ -111,7 +111,7 @@ class _Tick:
         state, submap, config = self.state, self.submap, self.finder.config.localizer
         tracker = HypothesisTracker(config, self.finder.judge)
         found = self._placed()
-        look = StoreyLook(submap, found.searched.sub, found.comparison, self.finder, self.robot_xy)
+        look = StoreyLook(submap, found.searched.sub, self.finder, self.robot_xy)
         others, is_fresh = look.looked_at(
             state.others, tracker.is_settled(state.standing), not found.searched.ticks, self.timer
         )
@@ -194,7 +194,7 @@ class _Tick:
             # Its stages are not the drawing's.
             area_m2 = self.submap.free_area_m2
             asked = Question(plan.mirror, found.searched.sub, area_m2, alike)
-            mirrored = self.finder.find_rivals(asked, StageTimer())
+            mirrored = self.finder.find(asked, StageTimer())
         return plan, mirrored.verdict
 
     def _told(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:

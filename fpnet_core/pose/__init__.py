@@ -3,9 +3,9 @@
 """From region matches to verified transforms: propose, reject early, refine, verify."""
 
 from fpnet_core.pose.estimate import (
+    aligned_placements,
     compared_at,
     select_promising,
-    verified_estimates,
 )
 from fpnet_core.pose.evidence import MapEvidence, MapSide, map_evidence
 from fpnet_core.pose.hypotheses import propose
@@ -23,12 +23,12 @@ __all__ = [
     'MapSide',
     'WallAgreement',
     'agreement',
+    'aligned_placements',
     'coarse_support',
     'compared_at',
     'map_evidence',
     'propose',
     'refine',
     'select_promising',
-    'verified_estimates',
     'wall_support',
 ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence, box_corners
-from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
+from fpnet_core.pose.refine import FINE, NEAR, Freedom, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, WALL_SIGMA_M, agreement, coarse_support
 
 MAX_REFINED = 48
@@ -23,13 +23,19 @@ MAX_ESTIMATES = 16
 DISTINCT_M = 2.0
 """Placements nearer than this are the same one: about half a small room. Chosen."""
 
-_GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
-_LOOK_POINTS, _LOOK_KEEPS = 250, 20
+_STAGES = ((60, 25), (250, 20))
 """
-Numerical: wall and free samples of a look at a candidate, and how many per refined one it keeps.
+Numerical: wall and free samples by which a candidate is scored, and how many per refined one are
+kept by it.
 """
 
-SAME_BASIN_M = 0.3
+_LOOK_POINTS = 1500
+"""Numerical: samples of each kind of which the roughly aligned are scored; few maps have more."""
+
+_SAME_SCALE = 0.3
+"""Scales this near, in their logarithm, are one; numerical: some seven between two unsure maps."""
+
+_SAME_BASIN_M = 0.3
 """Roughly refined candidates nearer than this end at the same place. Chosen."""
 
 _SURROUNDINGS_M = 5.0
@@ -43,7 +49,7 @@ def select_promising(plan: MapEvidence, sub: MapEvidence, candidates: Placements
     A glance at few samples drops most of the thousands before the others are looked at well.
     """
     ranked = candidates
-    for points, kept in ((_GLANCE_POINTS, _GLANCE_KEEPS), (_LOOK_POINTS, _LOOK_KEEPS)):
+    for points, kept in _STAGES:
         support = coarse_support(plan, sub, ranked, COARSE_SIGMA_M, points)
         order = np.argsort(-support, kind='stable')
         ranked = ranked.take(order[: kept * MAX_REFINED])
@@ -63,7 +69,7 @@ def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArr
     return box_corners(robot_xy - _SURROUNDINGS_M, robot_xy + _SURROUNDINGS_M)
 
 
-def verified_estimates(
+def aligned_placements(
     plan: MapEvidence,
     sub: MapEvidence,
     candidates: Placements,
@@ -71,38 +77,56 @@ def verified_estimates(
     robot_xy: NDArray[np.float64] | None = None,
 ) -> Placements:
     """
-    Refine and score the candidates; the best distinct ones, best first.
+    Align candidates of any scales with the walls and score them; the best distinct ones first.
 
-    All are refined roughly; the ``MAX_ESTIMATES`` best places, and their rivals nearby, finely.
-    Placements are distinct where they disagree on :func:`compared_at`.
+    Agreement is a share, and a map that is shrunk to half finds a place for each of its walls more
+    easily: it covers half as many metres of the plan. What that is worth is for the placement
+    scorer to say; here scales take turns, so that each brings its best placements before it.
 
     Parameters
     ----------
     plan, sub : evidence of both sides
-    candidates : few, promising
+    candidates : some hundreds at most
     freedom : how far the drawing may be stretched
     robot_xy : (2,) where the robot is in the submap, None without one
 
     Returns
     -------
-    At most ``MAX_ESTIMATES`` placements with scores and covariances; none for no candidates.
+    At most ``MAX_ESTIMATES`` placements with scores and covariances, best first, scales taking
+    turns; none for no candidates. They are distinct at :func:`compared_at`.
     """
-    rough = refine(plan, sub.walls, candidates, freedom, ROUGH)
     places = compared_at(sub, robot_xy)
-    near = _worth_more(plan, sub, rough, places)
+    near = refine(plan, sub.walls, candidates, freedom, NEAR)
+    near = _best(_scored(plan, sub, near, _LOOK_POINTS), places, _SAME_BASIN_M, 2 * MAX_ESTIMATES)
     fine = refine(plan, sub.walls, near, freedom, FINE)
-    scores = agreement(plan, sub, fine, WALL_SIGMA_M).score
-    ranked = replace(fine, score=scores).take(np.argsort(-scores, kind='stable'))
-    return ranked.take(ranked.distinct(places, DISTINCT_M, MAX_ESTIMATES))
+    # Where the map has little to hold on to, the last step may lead away.
+    return _best(_scored(plan, sub, fine.joined(near)), places, DISTINCT_M, MAX_ESTIMATES)
 
 
-def _worth_more(
-    plan: MapEvidence,
-    sub: MapEvidence,
-    rough: Placements,
-    places: NDArray[np.float64],
+def _scored(
+    plan: MapEvidence, sub: MapEvidence, placed: Placements, max_points: int | None = None
 ) -> Placements:
-    """Return the roughly refined candidates that are worth more work, one of each place."""
-    support = coarse_support(plan, sub, rough, WALL_SIGMA_M, _LOOK_POINTS)
-    ranked = rough.take(np.argsort(-support, kind='stable'))
-    return ranked.take(ranked.distinct(places, SAME_BASIN_M, 2 * MAX_ESTIMATES))
+    return replace(placed, score=agreement(plan, sub, placed, WALL_SIGMA_M, max_points).score)
+
+
+def _best(
+    placed: Placements, places: NDArray[np.float64], distance_m: float, limit: int
+) -> Placements:
+    """Return the best distinct ones of scored placements, scales taking turns."""
+    ranked = placed.take(in_turn(placed.scale, placed.score))
+    return ranked.take(ranked.distinct(places, distance_m, limit))
+
+
+def in_turn(scale: NDArray[np.float64], worth: NDArray[np.float64]) -> NDArray[np.int64]:
+    """
+    Return the order ``(C,)`` in which scales take turns, each with the best that it still has.
+
+    ``scale`` and ``worth`` are ``(C,)``; a worth is compared with those of its own scale only.
+    """
+    group = np.round(np.log(scale) / _SAME_SCALE)
+    best_first = np.lexsort((-worth, group))
+    place = np.empty(len(scale), dtype=np.int64)
+    starts = np.flatnonzero(np.r_[True, np.diff(group[best_first]) != 0])
+    sizes = np.diff(np.r_[starts, len(scale)])
+    place[best_first] = np.arange(len(scale)) - np.repeat(starts, sizes)
+    return np.asarray(np.lexsort((-worth, place)))

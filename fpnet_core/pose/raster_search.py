@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from fpnet_core.geometry import Placements, rotation
+from fpnet_core.pose.estimate import in_turn
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.pose.scales import in_turn
 from fpnet_core.pose.verify import OUTSIDE_FULL_M
 from fpnet_core.raster.blocks import block_means
 from fpnet_core.raster.morphology import is_peak

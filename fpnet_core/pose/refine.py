@@ -49,6 +49,12 @@ class Effort:
 ROUGH = Effort((0.8, 0.5, 0.3), 200)
 """Brings a new candidate to where its score can be compared. Chosen."""
 
+NEAR = Effort((0.4, 0.3), 200)
+"""
+Of candidates that are right within half a metre: the few walls of a small map give way to a wider
+kernel and end up anywhere. Chosen.
+"""
+
 FINE = Effort((0.3, 0.2, 0.15), 800)
 """Ends on a candidate that is already near. Chosen."""
 

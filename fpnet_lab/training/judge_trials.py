@@ -172,17 +172,17 @@ class TrialSource:
     def _met(
         self, case: _Case, robot: CutMap, plan: CutMap, own: GridMap | None
     ) -> Iterator[Trial]:
-        """Yield what the graph led to, and what graph and rasters led to."""
+        """Yield what the search led to, if it led anywhere."""
         pair = scaled_pair(plan, robot, self._finder.config)
         if case.is_metric:
             pair = replace(pair, robot_xy=case.robot_xy)
-        for found in self._finder.looks(pair, StageTimer()):
-            if len(found.estimates):
-                right = np.zeros(len(found.estimates), dtype=np.bool_)
-                if own is not None:
-                    right = _right(found, case, own, pair)
-                evidence, is_own = found.verdict.evidence.figures_only, own is not None
-                yield Trial(evidence, right, is_own, self._kind, case.building, case.kept)
+        found = self._finder.find(pair, StageTimer())
+        if len(found.estimates):
+            right = np.zeros(len(found.estimates), dtype=np.bool_)
+            if own is not None:
+                right = _right(found, case, own, pair)
+            evidence, is_own = found.verdict.evidence.figures_only, own is not None
+            yield Trial(evidence, right, is_own, self._kind, case.building, case.kept)
 
     def _case(self, index: int, rng: np.random.Generator) -> _Case:
         share = _SHARES[int(rng.choice(len(_SHARES), p=_SHARE_WEIGHTS))]

@@ -16,7 +16,7 @@ from fpnet_core.differences import Difference, DifferenceKind, Differences, find
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
-from fpnet_core.pose import MapSide, verified_estimates
+from fpnet_core.pose import MapSide, aligned_placements
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import OCCUPIED, GridMap
@@ -78,7 +78,7 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
     cases = []
     for drawn, is_changed in ((sheet, True), (true, False)):
         plan = prepare_plan(drawn, config)
-        placed = verified_estimates(
+        placed = aligned_placements(
             plan.evidence, sub.evidence, Placements.of([T_plan_odom]), search.freedom
         )
         A = placed[0].A_plan_submap

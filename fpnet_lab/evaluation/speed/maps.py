@@ -116,7 +116,7 @@ def judge_figures() -> list[Figure]:
     cut = mapped.sub_segmentation
     sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
     asked = Question(plan, sub, mapped.submap.free_area_m2, search)
-    *_, found = finder.looks(asked, StageTimer())
+    found = finder.find(asked, StageTimer())
 
     def evidence() -> object:
         # A tick's submap is new: nothing is derived from it yet.

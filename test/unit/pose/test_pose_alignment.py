@@ -14,12 +14,12 @@ from fpnet_core.pose import (
     ROUGH,
     Freedom,
     agreement,
+    aligned_placements,
     coarse_support,
     compared_at,
     map_evidence,
     refine,
     select_promising,
-    verified_estimates,
 )
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_REFINED
 from fpnet_core.pose.refine import STRAIN_LIMIT
@@ -178,7 +178,7 @@ def test_estimates_are_distinct_where_the_robot_is():
         SE2.from_xy_yaw(*rng.uniform(-4, 4, 2), turn) @ A_PLAN_SUBMAP
         for turn in np.deg2rad([0, 5, 90, 180, 180, 270])
     ]
-    found = verified_estimates(plan, sub, Placements.of(starts), Freedom(0.03), robot)
+    found = aligned_placements(plan, sub, Placements.of(starts), Freedom(0.03), robot)
     placed = [e.A_plan_submap.apply(compared_at(sub, robot)) for e in found]
     apart = [
         np.linalg.norm(a - b, axis=1).mean() for k, a in enumerate(placed) for b in placed[:k]

@@ -39,7 +39,7 @@ def _output(second, status, submap=None, segmentation=None, match=None, scores=(
         segmentation=segmentation,
         submap=submap,
         reason=f'{len(scores)} placements',
-        timings_ms={'segment': 20.0, 'verify': 30.0, 'total': 51.0} if scores else {},
+        timings_ms={'segment': 20.0, 'align': 30.0, 'total': 51.0} if scores else {},
     )
 
 

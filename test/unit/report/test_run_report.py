@@ -87,7 +87,7 @@ def test_there_is_a_moment_for_each_tick(page):
     assert moments[0]['picture'] is None
     assert [p['score'] for p in moments[2]['placements']] == [0.9, 0.3, 0.2]
     assert [p['is_claimed'] for p in moments[2]['placements']] == [True, False, False]
-    assert moments[2]['timings_ms']['verify'] == 30.0
+    assert moments[2]['timings_ms']['align'] == 30.0
     assert moments[1]['picture']['source'].startswith('data:image/png;base64,')
 
 
