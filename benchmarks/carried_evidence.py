@@ -26,10 +26,10 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.localizer.surroundings import Surroundings, signs_of
+from fpnet_core.localizer.kidnap import KidnapDetector, signs_of
 from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 
 ROUGH_M = 0.25
 FIRST_LOOKS = 3  # after that, the robot is where the submap knows nothing, or looks the same
@@ -45,10 +45,10 @@ class Watching:
     after: int = 0
     frozen: tuple = ()
 
-    def is_doubtful(self, support, usual, vicinity, submap) -> bool:
+    def is_doubtful(self, support, usual, kidnap_state, submap) -> bool:
         """Note the signs; what was usual stays that of the ride before."""
         is_after = self.lifted_ns is not None and submap.stamp_ns > self.lifted_ns
-        self.frozen = self.frozen if is_after and self.frozen else (usual, vicinity.before)
+        self.frozen = self.frozen if is_after and self.frozen else (usual, kidnap_state.before)
         usual, before = self.frozen
         self.after += is_after
         if support is not None and before is not None and self.after <= FIRST_LOOKS:
@@ -60,10 +60,10 @@ def looks(scans, plan, config, lifted_ns=None) -> list[tuple[bool, float, float]
     """Return of each look whether the robot was lifted, and both signs."""
     watching = Watching(lifted_ns)
     judged_so = mock.patch.object(
-        Surroundings, '_is_doubtful', lambda _, *given: watching.is_doubtful(*given)
+        KidnapDetector, '_is_doubtful', lambda _, *given: watching.is_doubtful(*given)
     )
     with judged_so:
-        run_product(scans, plan, config, TICK_PERIOD_S)
+        run_product(scans, plan, config, UPDATE_PERIOD_S)
     return watching.rows
 
 

@@ -25,7 +25,7 @@ from fpnet_core.types import Status
 from fpnet_lab.cli.reports import finish
 from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 from fpnet_lab.sim.drives.tours import TourLimits
 
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
@@ -60,10 +60,10 @@ def drive(seed, family, sensor, config):
         settings = config.model_copy(
             update={'localizer': config.localizer.model_copy(update=update)}
         )
-        product = run_product(scans, recording.floorplan, settings, TICK_PERIOD_S)
+        product = run_product(scans, recording.floorplan, settings, UPDATE_PERIOD_S)
         after = claims_after(product.replay.outputs, lifted_ns)
         if after is not None:
-            wrong, right = judged(product.run.published, scans, true_ns, recording, lifted_ns)
+            wrong, right = scored(product.run.published, scans, true_ns, recording, lifted_ns)
             figures[way] = after | {'wrong_poses': wrong, 'right_poses': right}
     return {'family': family, 'seed': seed, **figures}
 
@@ -71,7 +71,7 @@ def drive(seed, family, sensor, config):
 def claims_after(outputs, lifted_ns):
     """Return when the pose was withheld and whether it came back; None where there was none."""
     states = [(o.stamp_ns, o.status is Status.LOCALIZED) for o in outputs]
-    before = [is_claimed for stamp, is_claimed in states if stamp <= lifted_ns]
+    before = [is_accepted for stamp, is_accepted in states if stamp <= lifted_ns]
     if not before or not before[-1]:
         return None
     after = [((stamp - lifted_ns) / NS_PER_S, claimed) for stamp, claimed in states]
@@ -80,7 +80,7 @@ def claims_after(outputs, lifted_ns):
     return {'seconds': after[-1][0], 'withheld_s': withheld_s, 'is_found': after[-1][1]}
 
 
-def judged(published, scans, true_ns, recording, lifted_ns):
+def scored(published, scans, true_ns, recording, lifted_ns):
     """Return how many poses are wrong, and how many are not, once the robot was lifted."""
     when = np.searchsorted([scan.stamp_ns for scan in scans], published.stamps_ns)
     is_after = published.stamps_ns > lifted_ns

@@ -60,7 +60,7 @@ class FirstLook:
 
 def never_claiming(config: FpnetConfig) -> FpnetConfig:
     """Return the configuration under which every look searches, the mirror image as well."""
-    update = {'confirm_ticks': NEVER, 'mirror_check_ticks': 1}
+    update = {'confirm_updates': NEVER, 'mirror_check_updates': 1}
     return config.model_copy(update={'localizer': config.localizer.model_copy(update=update)})
 
 

@@ -30,7 +30,7 @@ from fpnet_lab.cli.reports import finish
 from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.records import Truth, robot_error
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 from fpnet_lab.sim.drives.tours import TourLimits
 
 ROOMS = (25, 60)
@@ -63,10 +63,10 @@ def on_wheels(recording):
 
 def on_plan(scans, plan, config, truth):
     """Return the number of ticks with a claim, and how far off the robot was at them."""
-    product = run_product(scans, plan, config, TICK_PERIOD_S)
+    product = run_product(scans, plan, config, UPDATE_PERIOD_S)
     odometry = product.replay.odometry
     errors = []
-    for output in product.ticks:
+    for output in product.updates:
         if output.A_plan_odom is not None:
             whole = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
             errors.append(

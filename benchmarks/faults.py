@@ -260,7 +260,7 @@ def run(made: Made, faulty: Faulty, config: FpnetConfig) -> dict[str, Any]:
             faulty.on_scan(localizer, scan.stamp_ns)
             yield scan
 
-    replay = Replay(scans(), localizer, config.localizer.tick_period_s, None)
+    replay = Replay(scans(), localizer, config.localizer.update_period_s, None)
     for _ in replay:
         pass
     result = replay.result()

@@ -43,19 +43,19 @@ class LongRun:
         self.localizer.set_plan(self.recording.floorplan)
         self.rng = np.random.default_rng(SEED)
         self.start_mb = resident_mb()
-        self.adds, self.ticks, self.memory = [], [], []  # rows: minute, wall ms, cpu ms
+        self.adds, self.updates, self.memory = [], [], []  # rows: minute, wall ms, cpu ms
 
     def drive(self, minutes):
         """Run until so many minutes of sensor time are over."""
         period_s = self.recording.lidar.model.period_s
-        next_tick_ns = self.period_ns
+        next_update_ns = self.period_ns
         for number in range(0, int(minutes * 60.0 / period_s), self.every):
             stamp_ns = int((number + 1) * period_s * NS_PER_S)
             self.scan(self.index(number), stamp_ns)
-            if stamp_ns >= next_tick_ns:
-                self.timed(self.ticks, stamp_ns, partial(self.localizer.tick, stamp_ns))
+            if stamp_ns >= next_update_ns:
+                self.timed(self.updates, stamp_ns, partial(self.localizer.update, stamp_ns))
                 self.memory.append((stamp_ns / 60e9, resident_mb()))
-                next_tick_ns += self.period_ns
+                next_update_ns += self.period_ns
 
     def index(self, number):
         """Return the sweep of the tour that comes at such a place: there, back, there again."""
@@ -80,16 +80,16 @@ class LongRun:
 
     def figures(self, until_min):
         """Return the figures of the window that ends at a mark."""
-        adds, ticks = (
+        adds, updates = (
             np.array([row for row in rows if until_min - WINDOW_MIN < row[0] <= until_min])
-            for rows in (self.adds, self.ticks)
+            for rows in (self.adds, self.updates)
         )
         return {
             'minute': until_min,
-            'tick_ms_p50': float(np.quantile(ticks[:, 1], 0.5)),
-            'tick_ms_p95': float(np.quantile(ticks[:, 1], 0.95)),
-            'tick_cpu_ms_p50': float(np.quantile(ticks[:, 2], 0.5)),
-            'tick_cpu_ms_p95': float(np.quantile(ticks[:, 2], 0.95)),
+            'tick_ms_p50': float(np.quantile(updates[:, 1], 0.5)),
+            'tick_ms_p95': float(np.quantile(updates[:, 1], 0.95)),
+            'tick_cpu_ms_p50': float(np.quantile(updates[:, 2], 0.5)),
+            'tick_cpu_ms_p95': float(np.quantile(updates[:, 2], 0.95)),
             'add_scan_ms_p50': float(np.quantile(adds[:, 1], 0.5)),
             'add_scan_cpu_ms_p50': float(np.quantile(adds[:, 2], 0.5)),
             'rss_mb_max': max(mb for minute, mb in self.memory if minute <= until_min),

@@ -80,7 +80,7 @@ class Heard:
     memory_mib: list[float] = field(default_factory=list)
     reports: list[LocalizerReport] = field(default_factory=list)  # of /diagnostics
     odometry: list[dict[str, float]] = field(default_factory=list)  # of KISS-ICP's diagnostics
-    ticks: list[LocalizerReport] = field(default_factory=list)
+    updates: list[LocalizerReport] = field(default_factory=list)
     unlocalized_ns: list[int] = field(default_factory=list)
     behind_s: list[float] = field(default_factory=list)
 
@@ -100,7 +100,9 @@ class Load:
         self.node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, STREAM
         )
-        self.node.create_subscription(DiagnosticStatus, 'localizer/status', self._on_tick, STATUS)
+        self.node.create_subscription(
+            DiagnosticStatus, 'localizer/status', self._on_update, STATUS
+        )
         self.node.create_subscription(PoseStamped, 'floorplan_pose', self._on_pose, STREAM)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
@@ -193,9 +195,9 @@ class Load:
     def _on_pose(self, msg: PoseStamped) -> None:
         self.heard.behind_s.append((time.time_ns() - stamp_from_msg(msg.header.stamp)) / NS_PER_S)
 
-    def _on_tick(self, msg: DiagnosticStatus) -> None:
+    def _on_update(self, msg: DiagnosticStatus) -> None:
         report = report_from_msg(msg)
-        self.heard.ticks.append(report)
+        self.heard.updates.append(report)
         if report.status is not Status.LOCALIZED:
             self.heard.unlocalized_ns.append(time.time_ns())
 
@@ -229,7 +231,9 @@ def summarize(heard: Heard) -> dict[str, float | str]:
     tenth = max(1, len(memory) // 10)
     middle, end = memory[len(memory) // 2 :][:tenth].mean(), memory[-tenth:].mean()
     first, last = heard.reports[0].values, heard.reports[-1].values
-    ticks_ms = [tick.values['total_ms'] for tick in heard.ticks if 'total_ms' in tick.values]
+    ticks_ms = [
+        update.values['total_ms'] for update in heard.updates if 'total_ms' in update.values
+    ]
     lost = heard.sent - (last['scans'] - first['scans'])
     dropped = last['dropped_scans'] - first['dropped_scans']
     warned = sum('dropped' in report.warning for report in heard.reports)
@@ -244,7 +248,7 @@ def summarize(heard: Heard) -> dict[str, float | str]:
         'scans_dropped_by_node': dropped,
         'warnings_of_drops': warned,
         'drops_without_warning': float(dropped > 0 and not warned),
-        'status_at_end': heard.ticks[-1].status.value if heard.ticks else 'unknown',
+        'status_at_end': heard.updates[-1].status.value if heard.updates else 'unknown',
         'ticks_not_localized': len(heard.unlocalized_ns),
         'tf_messages': len(heard.tf_ns),
         'tf_jitter_p99': float(np.percentile(jitter_ms, 99)),
@@ -262,7 +266,7 @@ def summarize(heard: Heard) -> dict[str, float | str]:
     }
 
 
-def judge(
+def assess(
     steady: str, overload: str | None, phases: dict[str, dict[str, float | str]]
 ) -> list[tuple[str, Score]]:
     """Return every target's phase and what was measured; an unknown figure is missed."""
@@ -304,7 +308,7 @@ def measure(
             load.load(count)
             phases[name] = summarize(load.run(seconds))
         rclpy.shutdown()
-    targets = judge(names[0], None if with_kiss else names[1], phases)
+    targets = assess(names[0], None if with_kiss else names[1], phases)
     results = {
         'minutes': minutes,
         'with_kiss': with_kiss,

@@ -29,10 +29,10 @@ from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.cases import LOGS
 
-SETTINGS = {'localizer.tick_period_s': 10.0}
+SETTINGS = {'localizer.update_period_s': 10.0}
 SAID = {
     'nothing': {},
-    'off by a quarter': {'pose.scale_tolerance': 0.25, 'pose.strain_sigma': 0.05},
+    'off by a quarter': {'pose.scale_tolerance': 0.25, 'pose.anisotropy_sigma': 0.05},
     'unknown': {'localizer.scale_policy': 'unknown'},
 }
 
@@ -57,7 +57,7 @@ def follow(folder, name, config):
     localizer = create_localizer(config)
     localizer.set_plan(truth.plan)
     register = KissOdometry(config.odometry).register_scan
-    run = replay(open_scans(truth.log), localizer, config.localizer.tick_period_s, register)
+    run = replay(open_scans(truth.log), localizer, config.localizer.update_period_s, register)
     summary = summarize_run(
         run.published,
         run.odometry,

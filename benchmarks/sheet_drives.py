@@ -4,7 +4,7 @@
 Is a robot found on the sheets that people have, and how much later than on a clean grid?
 
 Run: python benchmarks/sheet_drives.py [--drives 20] [--seed 1]
-     [--set localizer.claim_probability=0.95] [--json OUT]; then
+     [--set localizer.accept_probability=0.95] [--json OUT]; then
 fpnet bench figures sheet_drives=OUT
 
 Each generated building is driven with true odometry and a planar scanner until the first claim: on

@@ -21,12 +21,12 @@ import numpy as np
 
 from fpnet.cli.progress import progress
 from fpnet_core.config import FpnetConfig
-from fpnet_core.judging import Judge
 from fpnet_core.localizer import MapMatchStatus
-from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.maps import cut_plan, cut_robot_map, match_cuts
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
+from fpnet_core.localizer.maps import match_segmented, segment_plan, segment_robot_map
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring import PlacementScorer
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.trajectory import lengths_along
 from fpnet_lab.cli.reports import finish, script_parser
@@ -62,7 +62,7 @@ class DrivePiece:
     sensor: str
     seen_m2: float
     is_right: bool
-    is_claimed: bool
+    is_accepted: bool
     is_foreign_claimed: bool
     seconds: float
 
@@ -99,23 +99,25 @@ def run_building(building):
     """Return all pieces of the drive in one building."""
     config = FpnetConfig()
     matcher = LearnedMatcher(config.matcher)
-    finder = Finder(matcher, Judge.configured(config.localizer), config)
+    global_localizer = GlobalLocalizer(
+        matcher, PlacementScorer.configured(config.localizer), config
+    )
     recording = drive_of(building.number, building.seed)
     other = drive_of(building.number - 1 if building.number else 1, building.seed)
-    own, foreign = (cut_plan(each.floorplan, config, True) for each in (recording, other))
+    own, foreign = (segment_plan(each.floorplan, config, True) for each in (recording, other))
     diagonal_m = float(np.hypot(*recording.floorplan.shape)) * recording.floorplan.resolution
     found = []
     for path, path_m in PATHS_M.items():
         for first, last in pieces_of(recording, path_m):
             submap = submap_of(recording, first, last if path_m else first)
             begun = time.process_time()
-            cut = cut_robot_map(submap, config, True)
-            match = match_cuts(own, cut, finder, StageTimer())
+            cut = segment_robot_map(submap, config, True)
+            match = match_segmented(own, cut, global_localizer, StageTimer())
             seconds = time.process_time() - begun
             truth = recording.A_plan_building @ submap.T_odom_submap
             middle = tuple(submap.grid.rc_to_xy(np.argwhere(submap.grid.cells == 0).mean(axis=0)))
             error = placement_error(match.A_best, truth, middle)
-            elsewhere = match_cuts(foreign, cut, finder, StageTimer())
+            elsewhere = match_segmented(foreign, cut, global_localizer, StageTimer())
             found.append(
                 DrivePiece(
                     building.number,
@@ -137,8 +139,8 @@ def summary(pieces):
         'pieces': len(pieces),
         'seen_m2': float(np.median([piece.seen_m2 for piece in pieces])),
         'right': float(np.mean([piece.is_right for piece in pieces])),
-        'claimed_right': float(np.mean([p.is_right and p.is_claimed for p in pieces])),
-        'wrong': sum(piece.is_claimed and not piece.is_right for piece in pieces),
+        'claimed_right': float(np.mean([p.is_right and p.is_accepted for p in pieces])),
+        'wrong': sum(piece.is_accepted and not piece.is_right for piece in pieces),
         'foreign': sum(piece.is_foreign_claimed for piece in pieces),
         'seconds': float(np.median([piece.seconds for piece in pieces])),
     }

@@ -21,11 +21,11 @@ from scipy import optimize, stats
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D
-from fpnet_core.judging import Judge
-from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.maps import cut_plan, cut_robot_map, scaled_pair
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
+from fpnet_core.localizer.maps import scaled_pair, segment_plan, segment_robot_map
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring import PlacementScorer
 from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import submap_from_grid
 from fpnet_lab.cli.reports import finish, script_parser
@@ -78,8 +78,10 @@ class Bench:
         self.pairs = read_robot_pairs(data, 'tune')
         self.drawings = read_drawings(data, 'tune', self.pairs)
         self._config = FpnetConfig()
-        judge = Judge.configured(self._config.localizer)
-        self._finder = Finder(LearnedMatcher(self._config.matcher), judge, self._config)
+        scorer = PlacementScorer.configured(self._config.localizer)
+        self._global_localizer = GlobalLocalizer(
+            LearnedMatcher(self._config.matcher), scorer, self._config
+        )
         self._limit = self._config.localizer.match_probability
         self._plans = {}
 
@@ -99,27 +101,29 @@ class Bench:
 
     def count(self, pair, other):
         """Return what is counted of one case, each as ``doubting`` and ``trusting``."""
-        robot = cut_robot_map(submap_from_grid(pair.robot), self._config, is_metric=True)
+        robot = segment_robot_map(submap_from_grid(pair.robot), self._config, is_metric=True)
         counts = Counter()
         for drawing in (pair.drawing, other):
             sides = scaled_pair(self._plan(drawing), robot, self._config)
             for name in ('trusting', 'doubting'):
                 search = sides.search if name == 'doubting' else sides.search.as_stated
                 asked = replace(sides, search=search)
-                placed = self._finder.find(asked, StageTimer(), self._limit).estimates
-                is_claimed = len(placed) > 0 and placed.probability[0] >= self._limit
+                placed = self._global_localizer.find(asked, StageTimer(), self._limit).estimates
+                is_accepted = len(placed) > 0 and placed.probability[0] >= self._limit
                 if drawing is other:
-                    counts[name, 'foreign claimed'] += is_claimed
+                    counts[name, 'foreign claimed'] += is_accepted
                 elif len(placed):
                     is_right = self._is_right(placed[0].A_plan_submap, pair, sides)
                     counts[name, 'right'] += is_right
-                    counts[name, 'claimed right'] += is_claimed and is_right
-                    counts[name, 'claimed wrong'] += is_claimed and not is_right
+                    counts[name, 'claimed right'] += is_accepted and is_right
+                    counts[name, 'claimed wrong'] += is_accepted and not is_right
         return counts
 
     def _plan(self, drawing):
         if drawing.building not in self._plans:
-            self._plans[drawing.building] = cut_plan(drawing.grid, self._config, is_metric=True)
+            self._plans[drawing.building] = segment_plan(
+                drawing.grid, self._config, is_metric=True
+            )
         return self._plans[drawing.building]
 
     @staticmethod

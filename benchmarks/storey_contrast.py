@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.judging.judge import STOREY_CONTRAST
+from fpnet_core.scoring.scorer import STOREY_CONTRAST
 from fpnet_core.types import LocalizerOutput
 from fpnet_lab.evaluation.sites.site_drives import site_drive
 from fpnet_lab.sim.drawn.storeys import Likeness

@@ -32,7 +32,7 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.localizer.prepared_maps import StageTimer, prepare_plan, prepare_submap
 from fpnet_core.segmentation import STATED_SCALE, SubmapSegmenter, segment_floorplan
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import submap_from_grid

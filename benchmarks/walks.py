@@ -122,7 +122,7 @@ def localised(
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
     scans = [scan for scan, _ in placed]
-    published = replay(scans, localizer, config.localizer.tick_period_s).published
+    published = replay(scans, localizer, config.localizer.update_period_s).published
     drive = Faulty(scans, recording.stamps_ns, int(recording.stamps_ns[0]), 0)
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     metres, radians = pose_errors(published.mapped(recording.A_plan_building.inv()), truth)

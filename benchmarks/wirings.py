@@ -405,8 +405,8 @@ def run(names: list[str], seconds: float) -> Iterator[Result]:
 def row(result: Result) -> tuple[Score, ...]:
     """Return the scores of a robot, and what is beyond the limits."""
     lost = f'{sum(result.lost.values()):.0f} of {result.sweeps}'
-    verdict = Score('', '; '.join(result.faults) or 'passes')
-    return Score('robot', result.robot), *result.scores, Score('scans lost', lost), verdict
+    posterior = Score('', '; '.join(result.faults) or 'passes')
+    return Score('robot', result.robot), *result.scores, Score('scans lost', lost), posterior
 
 
 def main() -> int:

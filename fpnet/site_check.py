@@ -18,9 +18,15 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences.overlay import overlay
-from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.maps import CutMap, MapMatch, cut_of, cut_robot_map, match_storeys
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
+from fpnet_core.localizer.maps import (
+    MapMatch,
+    SegmentedMap,
+    cut_of,
+    match_storeys,
+    segment_robot_map,
+)
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.raster.morphology import grown
 from fpnet_core.sites.site import Site, Storey
 from fpnet_core.submaps import submap_from_grid
@@ -52,10 +58,10 @@ class LikeStorey:
     confusion: float
     rooms: tuple[int, ...]
 
-    def said(self, claim_probability: float) -> str:
+    def said(self, accept_probability: float) -> str:
         """Return it as a sentence."""
         share = f'{round(100 * self.common)} % of the walls of {self.storey} are those of'
-        if self.confusion >= 1.0 - claim_probability:
+        if self.confusion >= 1.0 - accept_probability:
             return f'{share} {self.other}: nobody can tell them apart by their walls'
         if not self.rooms:
             return f'{share} {self.other}; no room as a whole tells them apart'
@@ -71,7 +77,7 @@ class SiteCheck:
     rooms: dict[str, int]
     areas_m2: dict[str, float]
     alike: tuple[LikeStorey, ...]
-    claim_probability: float
+    accept_probability: float
 
     def lines(self) -> list[str]:
         """Return what is to be said, a line each."""
@@ -79,7 +85,7 @@ class SiteCheck:
         said = [self._storey(storey) for storey in site.storeys]
         for link in site.links:
             said.append(f'{link.kind.value} {link.name}: {", ".join(link.at)}')
-        said += [each.said(self.claim_probability) for each in self.alike]
+        said += [each.said(self.accept_probability) for each in self.alike]
         if not self.alike and len(site.storeys) > 1:
             said.append('no two storeys look alike')
         return said
@@ -130,7 +136,10 @@ class SiteCheck:
 
 
 def check_site(
-    site: Site, finder: Finder, config: FpnetConfig, advance: Callable[[float], None]
+    site: Site,
+    global_localizer: GlobalLocalizer,
+    config: FpnetConfig,
+    advance: Callable[[float], None],
 ) -> SiteCheck:
     """
     Place every storey on all others and tell which look alike; ``advance`` counts storeys.
@@ -143,33 +152,36 @@ def check_site(
     plans = {storey.name: cut_of(storey.plan, config) for storey in site.storeys}
     found: list[LikeStorey] = []
     for storey in site.storeys if len(site.storeys) > 1 else ():
-        found += _like(storey.name, plans, finder, config)
+        found += _like(storey.name, plans, global_localizer, config)
         advance(1.0)
     return SiteCheck(
         site,
         {name: len(cut.segmentation.rooms) for name, cut in plans.items()},
         {name: _area_m2(cut) for name, cut in plans.items()},
         tuple(sorted(found, key=lambda each: (-each.confusion, -each.common))),
-        config.localizer.claim_probability,
+        config.localizer.accept_probability,
     )
 
 
-def _area_m2(cut: CutMap) -> float:
+def _area_m2(cut: SegmentedMap) -> float:
     nominal = sum(room.area_m2 for room in cut.segmentation.rooms)
     return nominal * cut.scale.factor**2
 
 
 def _like(
-    name: str, plans: dict[str, CutMap], finder: Finder, config: FpnetConfig
+    name: str,
+    plans: dict[str, SegmentedMap],
+    global_localizer: GlobalLocalizer,
+    config: FpnetConfig,
 ) -> list[LikeStorey]:
     """Return the storeys that one looks like."""
     cut = plans[name]
     seen = submap_from_grid(_as_seen(cut))
-    sub = cut_robot_map(seen, config, cut.is_stated)
-    found = match_storeys(plans, sub, finder, StageTimer())
+    sub = segment_robot_map(seen, config, cut.is_stated)
+    found = match_storeys(plans, sub, global_localizer, StageTimer())
     like = []
     for other, match in found.items():
-        if other == name or not match.comparison.estimates:
+        if other == name or not match.candidates.estimates:
             continue
         common, rooms = _compared(match)
         if common >= _WORTH_SAYING:
@@ -177,7 +189,7 @@ def _like(
     return like
 
 
-def _as_seen(cut: CutMap) -> GridMap:
+def _as_seen(cut: SegmentedMap) -> GridMap:
     """Return a storey as a robot would have mapped all of it: its rooms with their walls."""
     segmentation = cut.segmentation
     grid, inside = segmentation.grid, segmentation.labels > 0
@@ -187,7 +199,7 @@ def _as_seen(cut: CutMap) -> GridMap:
     return replace(grid, cells=cells)
 
 
-def _doorways(cut: CutMap) -> NDArray[np.bool_]:
+def _doorways(cut: SegmentedMap) -> NDArray[np.bool_]:
     """Return free cells that are no room but between rooms."""
     inside = cut.segmentation.labels > 0
     reach = max(1, round(_SAME_M / cut.segmentation.grid.resolution))
@@ -197,7 +209,7 @@ def _doorways(cut: CutMap) -> NDArray[np.bool_]:
 
 def _compared(match: MapMatch) -> tuple[float, tuple[int, ...]]:
     """Return the share of common walls, and the rooms of the laid storey that differ."""
-    A_other_here = match.comparison.estimates[0].A_plan_submap
+    A_other_here = match.candidates.estimates[0].A_plan_submap
     laid = overlay(match.sub, match.plan, A_other_here.inv())
     is_common = laid.seen_m <= _SAME_M
     walls = laid.is_drawn

@@ -97,7 +97,7 @@ class PoseConfig(Section):
     scale_tolerance: float = Field(
         0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
     )
-    strain_sigma: float = Field(
+    anisotropy_sigma: float = Field(
         0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'
     )
 
@@ -105,7 +105,7 @@ class PoseConfig(Section):
 class LocalizerConfig(Section):
     """Cadence, and what it takes to claim a pose (see :mod:`fpnet_core.localizer`)."""
 
-    tick_period_s: float = Field(1.0, gt=0.0, description='Time between two rematches.')
+    update_period_s: float = Field(1.0, gt=0.0, description='Time between two rematches.')
     min_explored_m2: float = Field(
         12.0, ge=0.0, description='Observed free area before the first match.'
     )
@@ -114,10 +114,10 @@ class LocalizerConfig(Section):
         description='Scale of the plan: trusted; approximate, within pose.scale_tolerance unless '
         'it fits better beyond; or unknown.',
     )
-    search_every_ticks: int = Field(
+    search_every_updates: int = Field(
         30, ge=1, description='While surely localized, ticks between searches of the whole plan.'
     )
-    mirror_check_ticks: int = Field(
+    mirror_check_updates: int = Field(
         5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
     )
     plan_prior: float = Field(
@@ -126,23 +126,25 @@ class LocalizerConfig(Section):
         lt=1.0,
         description='Probability that a plan given to a robot is of its building, before looking.',
     )
-    judge_weights: str = Field(
+    scorer_weights: str = Field(
         '', description='Trained judge of placements (.safetensors); empty: the packaged one.'
     )
     # A robot can wait: on drives on sheets, claims from 0.95 and 0.97 on were wrong once in a
     # hundred, and not from here on (benchmarks/sheet_drives.py).
-    claim_probability: float = Field(
+    accept_probability: float = Field(
         0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
     )
     # Fitted: on buildings that were left out, claims from 0.95 on were wrong in 0.3 % of the cases
-    # and fell for 0.15 % of the other plans (fpnet train judge, docs/localizer.md).
+    # and fell for 0.15 % of the other plans (fpnet train judge, notes/localizer.md).
     match_probability: float = Field(
         0.95, gt=0.5, lt=1.0, description='The same to call two whole maps matched, in one look.'
     )
     release_probability: float = Field(
         0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
     )
-    confirm_ticks: int = Field(2, ge=1, description='Ticks in a row the same placement must win.')
+    confirm_updates: int = Field(
+        2, ge=1, description='Ticks in a row the same placement must win.'
+    )
     drift_support: float = Field(
         0.1,
         ge=0.0,
@@ -159,7 +161,7 @@ class LocalizerConfig(Section):
         description='A pose is withheld where the newest scans say with more than this '
         'probability that the robot is elsewhere, as when it was carried off; 1: never.',
     )
-    doubt_ticks: int = Field(
+    doubt_updates: int = Field(
         3, ge=1, description='So many such ticks in a row begin a new submap.'
     )
     max_speed_mps: float = Field(

@@ -53,8 +53,8 @@ _FIRST = {
     'submap.sensor_height_m': 'where a scanner is mounted, until it sees a floor',
     'submap.max_range_m': 'how far its returns can be trusted',
     'localizer.scale_policy': 'whether the scale of the plan is trusted, about right or unknown',
-    'localizer.tick_period_s': 'how often the robot looks where it is',
-    'localizer.claim_probability': 'how sure it has to be to say so',
+    'localizer.update_period_s': 'how often the robot looks where it is',
+    'localizer.accept_probability': 'how sure it has to be to say so',
 }
 _COLUMNS = ('key', 'type', 'unit', 'range', 'default', 'what it does')
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from fpnet_core.frozen import freeze_field
 from fpnet_core.geometry import SE2, Affine2D, Placements, scale_of
 from fpnet_core.matches import MatchResult
-from fpnet_core.spread import PoseSpread
+from fpnet_core.pose_covariance import PoseCovariance
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
@@ -103,7 +103,7 @@ class Submap:
     path_xy : (S, 2) float64
         Robot positions, frame ``submap`` [m]; (0, 2) for a map read from an image.
     T_odom_submap : SE2
-        Anchor of the submap frame in ``odom``.
+        LocalPoseFilter of the submap frame in ``odom``.
     stamp_ns, id : int
         Sensor time of the newest scan inside; grows by one with every hand-out, 0 for a map read.
     recent_xy : (P, 2) float64
@@ -341,7 +341,7 @@ class LocalizerOutput:
 
     ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is None
     unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
-    ``spread`` is how far the pose may be off. ``probability`` is that of the best hypothesis; all
+    ``covariance`` is that of the pose. ``probability`` is that of the best hypothesis; all
     ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of the
     plan's scale; ``reason`` explains the status, ``is_mirrored``: only the mirror image fits.
     ``causes`` are those of no answer. ``storeys`` are probable by so much; all is on ``storey``.
@@ -350,7 +350,7 @@ class LocalizerOutput:
     stamp_ns: int
     status: Status
     A_plan_odom: Affine2D | None = None
-    spread: PoseSpread | None = None
+    covariance: PoseCovariance | None = None
     probability: float = 0.0
     estimates: Placements = field(default_factory=Placements.empty)
     match: MatchResult | None = None
@@ -386,13 +386,13 @@ class LocalizerOutput:
         x, y = self.A_plan_odom.apply(base.translation)
         return SE2.from_xy_yaw(float(x), float(y), self.A_plan_odom.apply_yaw(base.yaw))
 
-    def covariance(
+    def covariance_at(
         self, T_odom_base: NDArray[np.float64], stamp_ns: int
     ) -> NDArray[np.float64] | None:
         """Return the covariance ``(3, 3)`` of :meth:`pose` at a scan: x, y [m], yaw [rad]."""
-        if self.A_plan_odom is None or self.spread is None:
+        if self.A_plan_odom is None or self.covariance is None:
             return None
-        return self.spread.at(self.A_plan_odom, T_odom_base[:2, 3], stamp_ns)
+        return self.covariance.at(self.A_plan_odom, T_odom_base[:2, 3], stamp_ns)
 
     def __post_init__(self) -> None:
         """Check that a pose and the LOCALIZED status go together."""

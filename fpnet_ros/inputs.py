@@ -22,7 +22,7 @@ from sensor_msgs.msg import PointCloud2
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import plain_frame
-from fpnet_core.geometry.whereabouts import Placing, Whereabouts
+from fpnet_core.geometry.pose_lookup import PoseLookup, SensorPose
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.pointcloud2 import CloudArrays
@@ -78,17 +78,17 @@ class LocatedScan:
 
     unpack: Callable[[], CloudArrays]
     stamp_ns: int
-    placing: Placing
+    sensor_pose: SensorPose
 
     @property
     def T_odom_sensor(self) -> Array:
         """Pose of the frame that the points are in, (4, 4)."""
-        return self.placing.T_odom_sensor
+        return self.sensor_pose.T_odom_sensor
 
     @property
     def T_odom_base(self) -> Array:
         """Pose of the robot, (4, 4)."""
-        return self.placing.T_odom_base
+        return self.sensor_pose.T_odom_base
 
 
 class _Waiting(NamedTuple):
@@ -139,7 +139,7 @@ class ScanInput:
         self._resolve = node.resolve_topic_name
         self._node = node
         self._from_tf = parameters.odometry_source == 'tf'
-        self._where = Whereabouts(
+        self._where = PoseLookup(
             from_tf=self._from_tf,
             odom_frame=parameters.odom_frame,
             base_frame=parameters.base_frame,
@@ -342,13 +342,13 @@ class ScanInput:
         return stamp_ns <= handed_ns and self._where.pose(frame_id, handed_ns) is not None
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
-        placing = self._where.placing(waiting.frame_id, stamp_ns)
-        if placing is None:
+        sensor_pose = self._where.sensor_pose(waiting.frame_id, stamp_ns)
+        if sensor_pose is None:
             return None
         T_first_last = self._where.motion(waiting.frame_id, waiting.first_ns, stamp_ns)
         if T_first_last is None:
             return None
-        return LocatedScan(partial(waiting.unpack, T_first_last), stamp_ns, placing)
+        return LocatedScan(partial(waiting.unpack, T_first_last), stamp_ns, sensor_pose)
 
 
 def _unmoved(sweep: Scan | LaserSweep, T_first_last: Array) -> CloudArrays:

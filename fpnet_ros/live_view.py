@@ -19,7 +19,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.geometry import SE2
-from fpnet_core.io.parcels import ShownPlan, ShownTick, packed, unpacked
+from fpnet_core.io.serialization import ShownPlan, ShownTick, packed, unpacked
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located
 from fpnet_core.trajectory import PlanarTrajectory
@@ -43,7 +43,7 @@ class ViewTopics:
     def __init__(self, node: ManagedNode) -> None:
         self._node = node
         self._plans = node.add_publisher(UInt8MultiArray, f'~/{_PLAN}', LATCHED)
-        self._ticks = node.add_publisher(UInt8MultiArray, f'~/{_TICK}', STREAM)
+        self._updates = node.add_publisher(UInt8MultiArray, f'~/{_TICK}', STREAM)
         self._number = 0
         self._rooms: Segmentation | None = None
         self._shown: LocalizerOutput | None = None
@@ -60,15 +60,15 @@ class ViewTopics:
     def show(self, snapshot: Snapshot) -> None:
         """Publish a tick that was not shown yet, and before it a plan that was not."""
         plan, output = snapshot.plan, snapshot.output
-        is_heard = self._node.is_active and self._ticks.get_subscription_count()
+        is_heard = self._node.is_active and self._updates.get_subscription_count()
         if plan is None or output is self._shown or not is_heard:
             return
         self._shown = output
         if plan.nominal.segmentation is not self._rooms:
             self._number, self._rooms = self._number + 1, plan.nominal.segmentation
             self._plans.publish(_to_msg(ShownPlan(self._number, plan.name, self._rooms)))
-        tick = ShownTick(self._number, output, self._base_at(output), self._poses_since())
-        self._ticks.publish(_to_msg(tick))
+        update = ShownTick(self._number, output, self._base_at(output), self._poses_since())
+        self._updates.publish(_to_msg(update))
 
     def _base_at(self, output: LocalizerOutput) -> SE2 | None:
         if output.submap is None:

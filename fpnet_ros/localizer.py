@@ -38,8 +38,8 @@ from fpnet_ros.services import (
 )
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
+from fpnet_ros.status_publisher import StatusPublisher
 from fpnet_ros.storeys import StoreyTopics
-from fpnet_ros.telling import Telling
 from fpnet_ros.work import DroppingWorker, Worker
 
 
@@ -97,7 +97,7 @@ class LocalizerNode(ManagedNode):
         self._health = Health(
             self._input, self._scans, self.get_clock(), self.get_logger().warning
         )
-        self._telling = Telling(
+        self._publisher = StatusPublisher(
             self,
             self._localizer,
             self._out,
@@ -114,18 +114,18 @@ class LocalizerNode(ManagedNode):
         if not parameters.site:
             FloorplanInput(self, self._on_floorplan, self._report)
         self._listen_to_words(parameters)
-        self._add_timers(config.localizer.tick_period_s, parameters)
+        self._add_timers(config.localizer.update_period_s, parameters)
         self._is_configured = True
         self._settings.is_frozen = self._config.is_frozen = True
 
     def activate(self) -> None:
         """Say how things stand: until now nobody could hear it."""
-        self._telling.tick()
+        self._publisher.update()
 
     def deactivate(self) -> None:
         """Publish nothing from now on: a running tick ends unheard."""
         self._action.stop()
-        self._telling.stop()
+        self._publisher.stop()
 
     def cleanup(self) -> None:
         """End goals; parameters may change again."""
@@ -133,9 +133,9 @@ class LocalizerNode(ManagedNode):
         self._is_configured = self._settings.is_frozen = self._config.is_frozen = False
 
     def _start_threads(self, parameters: LocalizerParameters) -> None:
-        self._tick: Future[None] | None = None
-        self._ticks = Worker('ticks', self._report)
-        self.add_end(self._ticks.close)
+        self._update: Future[None] | None = None
+        self._updates = Worker('ticks', self._report)
+        self.add_end(self._updates.close)
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
         self.add_end(self._scans.close)
 
@@ -144,13 +144,13 @@ class LocalizerNode(ManagedNode):
         self._state_file = StateFile(
             path, self._localizer, self._input.odometry_run, self.get_logger()
         )
-        self.add_end(lambda: self._telling.newest and self._state_file.save())
+        self.add_end(lambda: self._publisher.newest and self._state_file.save())
         self._state_file.restore()
 
     def _listen_to_words(self, parameters: LocalizerParameters) -> None:
         """Take what others say; beside AMCL what has its names is AMCL's."""
         self._words = InitialPoses(
-            self._telling.situation,
+            self._publisher.situation,
             self._storeys.frame_named,
             self._localizer.suggest,
             self.get_logger(),
@@ -160,15 +160,15 @@ class LocalizerNode(ManagedNode):
         offer_services(self, self._look_again, self._localizer.reset)
         offer_set_initial_pose(self, self._words, parameters.hand_over)
         if not parameters.hand_over:
-            offer_amcl_services(self, self._look_again, self._tick_now)
+            offer_amcl_services(self, self._look_again, self._update_now)
             self.add_subscription(
                 PoseWithCovarianceStamped, 'initialpose', self._words.on_message, STREAM
             )
 
-    def _add_timers(self, tick_period_s: float, parameters: LocalizerParameters) -> None:
+    def _add_timers(self, update_period_s: float, parameters: LocalizerParameters) -> None:
         # The others go on while the simulated clock stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._tick_timer = self.add_timer(tick_period_s, self._start_tick)
+        self._update_timer = self.add_timer(update_period_s, self._start_update)
         self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._follow, steady)
         self.add_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
         if parameters.state_file and parameters.autosave_period_s:
@@ -178,7 +178,7 @@ class LocalizerNode(ManagedNode):
         if not self._settings.is_frozen:  # what is configured later reads them then
             return
         thresholds, parameters = self._config.value.localizer, self._settings.value
-        self._tick_timer.timer_period_ns = round(thresholds.tick_period_s * NS_PER_S)
+        self._update_timer.timer_period_ns = round(thresholds.update_period_s * NS_PER_S)
         self._tf_timer.timer_period_ns = round(NS_PER_S / parameters.tf_rate_hz)
         self._out.path_spacing_m = parameters.path_spacing_m
         self._localizer.follow(thresholds)
@@ -200,7 +200,7 @@ class LocalizerNode(ManagedNode):
 
     def _on_floorplan(self, plan: ServedPlan) -> None:
         policy = self._config.value.localizer.scale_policy
-        self._ticks.submit(self._telling.floorplan, plan, policy)
+        self._updates.submit(self._publisher.floorplan, plan, policy)
 
     # ---- services: the executor's thread
 
@@ -209,39 +209,39 @@ class LocalizerNode(ManagedNode):
         if self._hand_over is not None:
             self._hand_over.again()
         if self.is_active:
-            self._telling.tick()
+            self._publisher.update()
 
-    def _tick_now(self) -> None:
+    def _update_now(self) -> None:
         if self.is_active:  # behind a running tick, which has not seen what the caller has
-            self._tick = self._ticks.submit(self._run_tick)
+            self._update = self._updates.submit(self._run_update)
 
     def _save(self) -> Future[str] | None:
-        return self._ticks.submit(self._state_file.save) if self._is_configured else None
+        return self._updates.submit(self._state_file.save) if self._is_configured else None
 
     # ---- timers: the executor's thread
 
-    def _start_tick(self) -> None:
-        if self.is_active and (self._tick is None or self._tick.done()):
-            self._tick = self._ticks.submit(self._run_tick)
+    def _start_update(self) -> None:
+        if self.is_active and (self._update is None or self._update.done()):
+            self._update = self._updates.submit(self._run_update)
 
     def _follow(self) -> None:
-        self._telling.transform()
+        self._publisher.transform()
         self._words.follow()
-        if self._telling.told is not None:
-            self._action.follow(self._telling.told, self._telling.claimed)
+        if self._publisher.told is not None:
+            self._action.follow(self._publisher.told, self._publisher.claimed)
 
     def _publish_diagnostics(self) -> None:
         self._state_file.follow_odometry()
         if self.is_active:
             stale_s = self._settings.value.stale_input_s
             if self._silence.follow(self._health.silence_s, stale_s):
-                self._telling.tick()  # no tick comes while the clock stands still
+                self._publisher.update()  # no tick comes while the clock stands still
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.claimed)
-        self._telling.diagnostics(self._checkup.findings())
+        self._publisher.diagnostics(self._checkup.findings())
 
     def _autosave(self) -> None:
-        if self.is_active and self._telling.newest is not None:
+        if self.is_active and self._publisher.newest is not None:
             self._save()
 
     # ---- scans: their own thread
@@ -250,16 +250,16 @@ class LocalizerNode(ManagedNode):
         cloud = scan.unpack()
         self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
-        self._telling.scan(scan)
+        self._publisher.scan(scan)
 
     # ---- ticks: their own thread
 
-    def _run_tick(self) -> None:
+    def _run_update(self) -> None:
         before = self._localizer.output
-        output = self._localizer.tick(self.get_clock().now().nanoseconds)
-        self._telling.tick()
+        output = self._localizer.update(self.get_clock().now().nanoseconds)
+        self._publisher.update()
         if output is not before:
-            self._telling.differences()
+            self._publisher.differences()
             self._run_folder.write(f'{TICKS_NAME}/{output.stamp_ns:020d}.npz', output)
 
 

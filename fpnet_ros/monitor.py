@@ -50,7 +50,7 @@ class Monitor(Node):
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('fpnet_demo')
         self.poses: list[StampedPose] = []
-        self.ticks: list[LocalizerReport] = []
+        self.updates: list[LocalizerReport] = []
         self.odometry_stamps_ns: list[int] = []
         self._scans = scans
         self._heard_s = time.monotonic()
@@ -96,7 +96,7 @@ class Monitor(Node):
     def is_ready(self, cloud_topic: str) -> bool:
         """Tell whether the localizer has its floorplan and everyone has found everyone."""
         return (
-            any(tick.status is not Status.NO_PLAN for tick in self.ticks)
+            any(update.status is not Status.NO_PLAN for update in self.updates)
             and self.count_subscribers(cloud_topic) > 0
             and self.count_subscribers(KISS_FRAME) > 0
             and self.count_publishers(KISS_ODOMETRY) > 0
@@ -105,7 +105,7 @@ class Monitor(Node):
     def is_complete(self) -> bool:
         """Tell whether every scan went through odometry and a tick has seen the last one."""
         done = len(self.odometry_stamps_ns) >= self._scans
-        return done and self.ticks[-1].stamp_ns == self.odometry_stamps_ns[-1]
+        return done and self.updates[-1].stamp_ns == self.odometry_stamps_ns[-1]
 
     def quiet_s(self) -> float:
         """Return the time since odometry was last heard."""
@@ -125,14 +125,14 @@ class Monitor(Node):
             'registered_scans': len(self.odometry_stamps_ns),
             'ticks': [
                 {
-                    'stamp_ns': tick.stamp_ns,
-                    'status': tick.status.value,
-                    'probability': tick.probability,
-                    'reason': tick.reason,
-                    'causes': [cause.as_json() for cause in tick.causes],
-                    **tick.values,
+                    'stamp_ns': update.stamp_ns,
+                    'status': update.status.value,
+                    'probability': update.probability,
+                    'reason': update.reason,
+                    'causes': [cause.as_json() for cause in update.causes],
+                    **update.values,
                 }
-                for tick in self.ticks
+                for update in self.updates
             ],
         }
         (folder / SESSION_NAME).write_text(json.dumps(session, indent=1), encoding='utf-8')
@@ -141,7 +141,7 @@ class Monitor(Node):
         self.poses.append(pose_from_msg(msg))
 
     def _on_status(self, msg: DiagnosticStatus) -> None:
-        self.ticks.append(report_from_msg(msg))
+        self.updates.append(report_from_msg(msg))
 
     def _on_odometry(self, msg: Odometry) -> None:
         self.odometry_stamps_ns.append(stamp_from_msg(msg.header.stamp))
@@ -156,16 +156,16 @@ class Monitor(Node):
 
     def _print_line(self) -> None:
         done = len(self.odometry_stamps_ns)
-        why = f': {self.ticks[-1].reason}' if self.ticks else ''
+        why = f': {self.updates[-1].reason}' if self.updates else ''
         said = f'scan {done}/{self._scans}  {self._describe()}{why}'
         self._console.print(said, highlight=False)
 
     def _describe(self) -> str:
-        if not self.ticks:
+        if not self.updates:
             return _STARTING
-        tick = self.ticks[-1]
-        text = f'{tick.status.value} (p {tick.probability:.2f})'
-        if tick.status is not Status.LOCALIZED or not self.poses:
+        update = self.updates[-1]
+        text = f'{update.status.value} (p {update.probability:.2f})'
+        if update.status is not Status.LOCALIZED or not self.poses:
             return text
         pose = self.poses[-1].T_frame_body
         return f'{text}  x {pose.x:.2f} m  y {pose.y:.2f} m  {math.degrees(pose.yaw):.0f} deg'

@@ -19,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
-from fpnet_core.geometry.whereabouts import Placing
+from fpnet_core.geometry.pose_lookup import SensorPose
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.localizer.guidance import NextLook
 from fpnet_core.localizer.localizer import Snapshot
@@ -48,7 +48,7 @@ _PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre; chosen
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class StampedOutput:
     """
     All that is published together: one output, the frames of its floorplan, and the newest scan.
 
@@ -62,7 +62,9 @@ class Moment:
     look: NextLook | None = None
 
     @classmethod
-    def of(cls, snapshot: Snapshot, frame: MapFrame | None, scan: LocatedScan | None) -> Moment:
+    def of(
+        cls, snapshot: Snapshot, frame: MapFrame | None, scan: LocatedScan | None
+    ) -> StampedOutput:
         """Return what of these belongs together."""
         plan = None if snapshot.plan is None else snapshot.plan.given
         return cls(snapshot, frame if frame is not None and frame.plan is plan else None, scan)
@@ -120,11 +122,11 @@ class LocalizerOutputs:
         self._path.clear()
         self._path_end = None
 
-    def forget_claim(self) -> None:
+    def forget_pose(self) -> None:
         """Broadcast nothing until there is a pose again."""
         self._map_odom = self.claimed = None
 
-    def publish_pose(self, moment: Moment) -> None:
+    def publish_pose(self, moment: StampedOutput) -> None:
         """
         Publish the pose at the newest scan, once, and set the TF; forget it without a claim.
 
@@ -134,10 +136,10 @@ class LocalizerOutputs:
         scan, frame, located = moment.scan, moment.frame, moment.located
         self._view.saw(scan, located)
         if scan is None or frame is None or located is None:
-            self.forget_claim()
+            self.forget_pose()
             return
-        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.placing.T_tf_odom)
-        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.placing.tf_frame)
+        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.sensor_pose.T_tf_odom)
+        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.sensor_pose.tf_frame)
         if scan.stamp_ns == self._published_ns:
             return
         self._published_ns = scan.stamp_ns
@@ -167,7 +169,7 @@ class LocalizerOutputs:
         )
         self._tf.publish(TFMessage(transforms=[transform]))
 
-    def publish_tick(self, moment: Moment) -> None:
+    def publish_tick(self, moment: StampedOutput) -> None:
         """Publish the path so far, and what was seen and thought, to those who listen."""
         frame, output = moment.frame, moment.output
         self._view.show(moment.snapshot)
@@ -179,8 +181,8 @@ class LocalizerOutputs:
             self._path_publisher.publish(path)
         if moment.scan is not None:
             if moment.look is not None:
-                self._publish_goal(moment.look, output.stamp_ns, moment.scan.placing)
-            self._publish_submap(output, moment.scan.placing)
+                self._publish_goal(moment.look, output.stamp_ns, moment.scan.sensor_pose)
+            self._publish_submap(output, moment.scan.sensor_pose)
             self._publish_markers(moment, frame, moment.scan)
 
     def publish_status(self, report: LocalizerReport) -> None:
@@ -200,15 +202,15 @@ class LocalizerOutputs:
         grid = warped_grid(frame.plan, frame.A_map_plan)
         self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
 
-    def _publish_goal(self, look: NextLook, stamp_ns: int, placing: Placing) -> None:
+    def _publish_goal(self, look: NextLook, stamp_ns: int, sensor_pose: SensorPose) -> None:
         """Publish the place to look from next as a goal, facing as the way leads there."""
-        way = _T_tf_odom(placing).apply(look.way_odom)
+        way = _T_tf_odom(sensor_pose).apply(look.way_odom)
         x, y = way[-1].tolist()
         ahead = way[-1] - way[max(-2, -len(way))]
         goal = SE2.from_xy_yaw(x, y, math.atan2(ahead[1], ahead[0]))
-        self._goal.publish(pose_to_msg(goal, stamp_ns, placing.tf_frame))
+        self._goal.publish(pose_to_msg(goal, stamp_ns, sensor_pose.tf_frame))
 
-    def _publish_submap(self, output: LocalizerOutput, placing: Placing) -> None:
+    def _publish_submap(self, output: LocalizerOutput, sensor_pose: SensorPose) -> None:
         # In the frame that is in TF: that of KISS-ICP need not be.
         submap = output.submap
         if submap is None or not self._submap.get_subscription_count():
@@ -216,12 +218,12 @@ class LocalizerOutputs:
         grid = GridMap(
             submap.grid.cells,
             submap.grid.resolution,
-            _T_tf_odom(placing) @ submap.T_odom_submap @ submap.grid.T_frame_grid,
+            _T_tf_odom(sensor_pose) @ submap.T_odom_submap @ submap.grid.T_frame_grid,
             'odom',
         )
-        self._submap.publish(grid_to_msg(grid, submap.stamp_ns, placing.tf_frame))
+        self._submap.publish(grid_to_msg(grid, submap.stamp_ns, sensor_pose.tf_frame))
 
-    def _publish_markers(self, moment: Moment, frame: MapFrame, scan: LocatedScan) -> None:
+    def _publish_markers(self, moment: StampedOutput, frame: MapFrame, scan: LocatedScan) -> None:
         """Publish rooms, doors, edges, matches, hypotheses and where to look next."""
         if not self._markers.get_subscription_count():
             return
@@ -236,9 +238,9 @@ class LocalizerOutputs:
             markers += region_markers(
                 output.segmentation,
                 output.graph,
-                _T_tf_odom(scan.placing) @ T_odom_submap,
+                _T_tf_odom(scan.sensor_pose) @ T_odom_submap,
                 stamp_ns,
-                scan.placing.tf_frame,
+                scan.sensor_pose.tf_frame,
                 'submap',
             )
             T_submap_base = T_odom_submap.inv() @ SE2.from_matrix4(scan.T_odom_base)
@@ -246,10 +248,10 @@ class LocalizerOutputs:
                 output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
             )
         if moment.look is not None:
-            way = _T_tf_odom(scan.placing).apply(moment.look.way_odom)
-            markers += way_markers(way, stamp_ns, scan.placing.tf_frame)
+            way = _T_tf_odom(scan.sensor_pose).apply(moment.look.way_odom)
+            markers += way_markers(way, stamp_ns, scan.sensor_pose.tf_frame)
         self._markers.publish(markers_to_msg(markers))
 
 
-def _T_tf_odom(placing: Placing) -> SE2:
-    return SE2.from_matrix4(placing.T_tf_odom)
+def _T_tf_odom(sensor_pose: SensorPose) -> SE2:
+    return SE2.from_matrix4(sensor_pose.T_tf_odom)

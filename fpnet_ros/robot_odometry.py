@@ -16,8 +16,8 @@ from pydantic import Field
 from rclpy.node import Node
 
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.pose_lookup import PoseLookup
 from fpnet_core.geometry.pose_track import Array
-from fpnet_core.geometry.whereabouts import Whereabouts
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_ros.lasers import LaserParameters
 from fpnet_ros.optional_messages import NO_TF, TFMessage
@@ -92,7 +92,7 @@ class RobotOdometry:
                 'parameter odom_frame is empty; with robot_odometry tf it names the frame of the '
                 "robot's own odometry in TF, as odom"
             )
-        self.where = Whereabouts(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
+        self.where = PoseLookup(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
         self._source, self._report = source, report
         self._odom_frame = parameters.odom_frame
         self._changed = Condition()

@@ -34,7 +34,7 @@ def offer_services(
 
 
 def offer_amcl_services(
-    node: ManagedNode, look_again: Callable[[], None], tick: Callable[[], None]
+    node: ManagedNode, look_again: Callable[[], None], update: Callable[[], None]
 ) -> None:
     """Offer what AMCL does: not where it runs beside, as a name has one server."""
 
@@ -43,7 +43,7 @@ def offer_amcl_services(
         return response
 
     def on_nomotion_update(_: Any, response: Empty.Response) -> Empty.Response:
-        tick()
+        update()
         return response
 
     node.add_service(Empty, 'reinitialize_global_localization', on_reinitialize)

@@ -79,7 +79,7 @@ LIVE = (
 )
 """Those that may change at any time."""
 
-_READ_ONCE = ('judge_weights', 'plan_prior', 'match_probability')
+_READ_ONCE = ('scorer_weights', 'plan_prior', 'match_probability')
 
 LIVE_CONFIG = tuple(
     field.key

@@ -79,8 +79,8 @@ class StoreyTopics:
     def follow(self, snapshot: Snapshot) -> MapFrame | None:
         """Return the frames of a storey that is claimed anew, and say which it is."""
         output, plan = snapshot.output, snapshot.plan
-        is_claimed = output.A_plan_odom is not None and plan is not None
-        if self._localizer.site is None or not is_claimed or output.storey == self._storey:
+        is_accepted = output.A_plan_odom is not None and plan is not None
+        if self._localizer.site is None or not is_accepted or output.storey == self._storey:
             return None
         assert plan is not None  # a claim is on one
         self._storey = output.storey

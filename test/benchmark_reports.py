@@ -172,11 +172,11 @@ LOAD = {
 
 
 def robot():
-    foreign = (Foreign(is_same_architect=True, is_claimed=True), Foreign(False, False))
+    foreign = (Foreign(is_same_architect=True, is_accepted=True), Foreign(False, False))
     outcomes = [
-        Outcome(band, building, building == 'b', is_right, is_claimed, foreign)
+        Outcome(band, building, building == 'b', is_right, is_accepted, foreign)
         for band in ALL_BANDS
-        for building, is_right, is_claimed in (('a', True, True), ('b', False, True))
+        for building, is_right, is_accepted in (('a', True, True), ('b', False, True))
     ]
     return {'methods': {'fpnet': robot_figures(outcomes)}}
 
@@ -457,7 +457,7 @@ REPORTS = {
         {'half': 'report', 'kinds': {'real': RELIABLE | {'maps': 100}}} | RELIABLE
     ),
     'claim_rules': lambda: {'drives': 42, 'rules': [RULE, RULE | {'first_m': None}]},
-    'judge_ablation': lambda: {'judges': {'features alone': {'50-100 %': JUDGED}}},
+    'scorer_ablation': lambda: {'judges': {'features alone': {'50-100 %': JUDGED}}},
     'long_run': lambda: HOUR,
     'sheet_drives': lambda: {'drives': ON_SHEETS},
     'two_programs': lambda: {'commit': 'abc1234', 'drives': [_two_programs()]},

@@ -88,7 +88,7 @@ class Robot:
                 'state_file': str(self.state_file),
                 'autosave_period_s': 1.0,
                 'scan_timeout_s': 5.0,  # longer than a test lets the clock run without a scan
-                'localizer.tick_period_s': 0.4,
+                'localizer.update_period_s': 0.4,
                 reliable.format('registered'): 'reliable',
                 reliable.format('kiss/odometry'): 'reliable',
                 **(more or {}),

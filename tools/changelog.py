@@ -19,11 +19,16 @@ _UNRELEASED = 'Forthcoming'  # given: catkin's word for what has no version yet
 
 
 def as_catkin(markdown: str) -> str:
-    """Return a changelog in catkin's format: a section for each version, a list in each."""
+    """
+    Return a changelog in catkin's format: a section for each version, a list in each.
+
+    Subheadings and tables are left out: the format has lists only.
+    """
     line = '^' * len(_TITLE)
     parts = [f'{line}\n{_TITLE}\n{line}\n']
     for section in re.split(r'^## ', markdown, flags=re.MULTILINE)[1:]:
-        heading, _, body = re.sub(r'^### .*$', '', section, flags=re.MULTILINE).partition('\n')
+        listed = re.sub(r'^(### |\|).*$', '', section, flags=re.MULTILINE)
+        heading, _, body = listed.partition('\n')
         heading = _UNRELEASED if 'unreleased' in heading else heading.strip()
         items = [_item(text) for text in re.split(r'^- ', body, flags=re.MULTILINE)[1:]]
         parts.append('\n'.join([heading, '-' * len(heading), *items]) + '\n')

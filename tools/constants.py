@@ -7,7 +7,7 @@ Usage::
 
     python tools/constants.py            # a table: kinds by package
     python tools/constants.py fitted     # those of one kind; `unsaid` are those that say nothing
-    python tools/constants.py --write    # the table into docs/architecture.md
+    python tools/constants.py --write    # the table into notes/constants.md
 
 A constant says its kind at the beginning of a clause of its comment or docstring, as in ``# of
 the page; chosen``, or stands in one paragraph with a comment above that ends in a colon, as in

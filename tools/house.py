@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PARTS = {
     'floorplans: formats, parser, model, scale': (('fpnet_core/drawings',), 5400),
     'rooms and doors of maps': (('fpnet_core/segmentation',), 1400),
-    'likelihood and alignment': (('fpnet_core/pose', 'fpnet_core/judging'), 900),
+    'likelihood and alignment': (('fpnet_core/pose', 'fpnet_core/scoring'), 900),
     'search and matcher': (
         ('fpnet_core/matching', 'fpnet_core/models', 'fpnet_core/graphs'),
         1300,
@@ -32,7 +32,8 @@ PARTS = {
     'posterior and localizer': (('fpnet_core/localizer',), 2600),
     'reasons and causes': (
         tuple(
-            f'fpnet_core/judging/{name}.py' for name in ('asked', 'causes', 'findings', 'reasons')
+            f'fpnet_core/scoring/{name}.py'
+            for name in ('invocation', 'causes', 'findings', 'reasons')
         ),
         600,
     ),

@@ -30,11 +30,11 @@ from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlac
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.maps import read_map, states_scale
 from fpnet_core.io.recordings import is_recording
-from fpnet_core.judging.asked import Asked
-from fpnet_core.localizer import create_finder, match_maps
-from fpnet_core.localizer.maps import MapMatchStatus, cut_of, cut_robot_map, match_storeys
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer import create_global_localizer, match_maps
+from fpnet_core.localizer.maps import MapMatchStatus, cut_of, match_storeys, segment_robot_map
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import segment_submap, segment_unknown_scale
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_files import read_site as _read_site
@@ -197,8 +197,8 @@ def match_site(
     config = config or FpnetConfig()
     seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
     plans = {storey.name: cut_of(storey.plan, config) for storey in site.storeys}
-    sub = cut_robot_map(seen.submap, config, seen.is_metric)
-    found = match_storeys(plans, sub, create_finder(config), StageTimer())
+    sub = segment_robot_map(seen.submap, config, seen.is_metric)
+    found = match_storeys(plans, sub, create_global_localizer(config), StageTimer())
     return {name: shown_as(Match, each) for name, each in found.items()}
 
 
@@ -227,7 +227,7 @@ def diff(
     if found.status is not MapMatchStatus.MATCHED:
         raise NotPlacedError(f'lost, so the drawing cannot be judged: {found.reason}')
     name = found.storey or site.storeys[0].name
-    A_plan_sub = found.comparison.estimates[0].A_plan_submap
+    A_plan_sub = found.candidates.estimates[0].A_plan_submap
     grid = site.storey(name).plan.grid
     return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
 
@@ -308,8 +308,8 @@ def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) ->
     """
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
-    asked = Asked(('fpnet', 'check-plan'), reading.drawing.name)
-    checked = _check_plan(reading, config, range(0), _no_drive, asked, lambda _: None)
+    invocation = Invocation(('fpnet', 'check-plan'), reading.drawing.name)
+    checked = _check_plan(reading, config, range(0), _no_drive, invocation, lambda _: None)
     return shown_as(Check, checked)
 
 

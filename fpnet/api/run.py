@@ -30,13 +30,13 @@ from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import read_poses
-from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.findings import Sensed
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.localizer.guidance import NextLook, next_look
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry import GuidedOdometry
+from fpnet_core.scoring.findings import Sensed
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.stamps import NS_PER_S
@@ -120,7 +120,7 @@ class Run:
         self._replay = Replay(
             self._watched(scans),
             self._localizer,
-            config.localizer.tick_period_s,
+            config.localizer.update_period_s,
             GuidedOdometry(config.odometry).register_scan,
             advance,
             registers_all=odometry == 'both',
@@ -219,7 +219,9 @@ class Run:
         at = SE2.from_xy_yaw(x, y, yaw).as_matrix4()
         return next_look(plan.nominal.evidence, self.last, at)
 
-    def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
+    def causes(
+        self, invocation: Invocation | None = None, storey: int | None = None
+    ) -> tuple[Cause, ...]:
         """
         Return why there is no answer in the end, the likeliest cause first; none where there is.
 
@@ -231,7 +233,9 @@ class Run:
         plan, outputs = self.plan, self.result.outputs
         config = with_scale_of(plan, self.config)
         sensed = Sensed(self._mount.is_upside_down, self._matched_hz)
-        return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey, sensed)
+        return explain_run(
+            outputs, plan.grid, self._matcher, config, plan, invocation, storey, sensed
+        )
 
     def _watched(self, scans: ScanSource) -> Iterator[Scan]:
         for scan in scans:

@@ -52,12 +52,12 @@ def command(
     tree = common.load(config, settings, seed)
     from fpnet.plan_check import check_plan
 
-    asked = said.asked(('fpnet', 'check-plan'), plan)
-    with verdicts.refusal_as_json(asked, json_path):
+    invocation = said.invocation(('fpnet', 'check-plan'), plan)
+    with verdicts.refusal_as_json(invocation, json_path):
         reading = verdicts.accepting(said.read(plan, tree), accept)
     with progress('checking', total=tours + 1.0) as advance:
         seeds = range(tree.seed, tree.seed + tours)
-        check = check_plan(reading, tree, seeds, _simulated_drive(), asked, advance)
+        check = check_plan(reading, tree, seeds, _simulated_drive(), invocation, advance)
     common.say(f'{plan.name}: {reading.how}', json_path)
     for note in reading.notes:
         common.say(note, json_path)

@@ -26,7 +26,7 @@ from fpnet_core.printable import printable
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading, ReadOptions
-    from fpnet_core.judging.asked import Asked
+    from fpnet_core.scoring.invocation import Invocation
     from fpnet_core.types import Cause
 
 
@@ -103,7 +103,6 @@ DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_
 FloorplanOption = Annotated[
     Path | None, typer.Option('--floorplan', metavar='F', help=DRAWING_HELP)
 ]
-PlanOption = Annotated[Path | None, typer.Option('--plan', metavar='F', help=DRAWING_HELP)]
 SiteOption = Annotated[
     Path | None,
     typer.Option(
@@ -177,19 +176,19 @@ class DrawingOptions:
             tuple(self.layer or ()),
         )
 
-    def asked(self, command: Sequence[str], path: Path) -> Asked:
+    def invocation(self, command: Sequence[str], path: Path) -> Invocation:
         """Return what was typed; ``command`` are the words before the drawing."""
-        from fpnet_core.judging.asked import Asked
+        from fpnet_core.scoring.invocation import Invocation
 
-        return Asked(tuple(command), str(path), tuple(self.pairs()))
+        return Invocation(tuple(command), str(path), tuple(self.pairs()))
 
-    def asked_of(
-        self, command: Sequence[str], option: str, plan: Path | None, site: Path | None
-    ) -> Asked:
-        """Return what was typed where a drawing, by its ``option``, or a site was named."""
-        if plan is not None:
-            return self.asked(('fpnet', *command, option), plan)
-        return self.asked(('fpnet', *command, '--site'), site or Path())
+    def typed(
+        self, command: Sequence[str], floorplan: Path | None, site: Path | None
+    ) -> Invocation:
+        """Return the command line of a floorplan or a site, without the drawing's options."""
+        if floorplan is not None:
+            return self.invocation(('fpnet', *command, '--floorplan'), floorplan)
+        return self.invocation(('fpnet', *command, '--site'), site or Path())
 
     def pairs(self) -> Iterator[tuple[str, str]]:
         """Yield the options that were given, with their values."""

@@ -24,7 +24,7 @@ def command(
         typer.Argument(metavar='SEEN', help='Recording, robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
-    plan: common.PlanOption = None,
+    plan: common.FloorplanOption = None,
     site: common.SiteOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
@@ -40,7 +40,7 @@ def command(
     that were shut are no walls. Every piece has a confidence. With --out the folder gets
     differences.geojson, in metres of the drawing's frame, and differences.png.
 
-    Example: fpnet diff drive/ --plan plan.yaml --out out/diff
+    Example: fpnet diff drive/ --floorplan plan.yaml --out out/diff
 
     Example: fpnet diff robot_map.yaml --site site.yaml --json -
     """
@@ -49,7 +49,7 @@ def command(
     from fpnet_core.errors import NotPlacedError
 
     common.check_input(seen)
-    plans = read_plans(plan, site, said, tree, '--plan', json_path)
+    plans = read_plans(plan, site, said, tree, json_path)
     robot_map = read_robot_map(seen, tree)
     try:
         placed = diff(plans, robot_map, tree)

@@ -104,11 +104,11 @@ def find(
     tree = common.load(config, settings, seed)
     from fpnet.api import read_robot_map
     from fpnet.library import PlanLibrary
-    from fpnet_core.localizer.maps import MapMatchStatus, cut_robot_map
+    from fpnet_core.localizer.maps import MapMatchStatus, segment_robot_map
 
     known = PlanLibrary.open(library)
     seen = read_robot_map(common.check_input(submap), tree)
-    cut = cut_robot_map(seen.submap, tree, seen.is_metric)
+    cut = segment_robot_map(seen.submap, tree, seen.is_metric)
     proposals = known.find(cut.segmentation, cut.scale, count)
     for proposal in proposals:
         common.say(f'{proposal.rank:3d}  {proposal.fit:6.0f}  {proposal.path}', json_path)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io.scans import ScanSource
-    from fpnet_core.judging.asked import Asked
+    from fpnet_core.scoring.invocation import Invocation
     from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
@@ -109,8 +109,8 @@ def command(
     says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
     odometry, or help and check KISS-ICP with --odometry both.
 
-    Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
-    said where it is: then it prints the likely causes with the next command. Errors exit 1.
+    Exits 0 if the robot is localized in the end and 3 if it is not; it then prints likely causes
+    with the next command. Errors exit 1.
 
     With --out the folder gets report.html, run.json, poses.tum (those on the storey at the end),
     covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, and differences.geojson.
@@ -129,13 +129,14 @@ def command(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
-    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    plans = read_plans(floorplan, site, said, tree, json_path)
     known = _known(truth, plans)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
-    title = f'{recording.name} on {Path(asked.drawing).name}'
+    typed = said.typed(('localize', str(recording), *given), floorplan, site)
+    title = f'{recording.name} on {Path(typed.drawing).name}'
     run = _ended(plans, source, tree, odometry, title, port if view else None)
-    ended = _Ended(run, known, run.causes(_of_bag(asked, source, poses, odometry), said.storey))
+    typed = _of_bag(typed, source, poses, odometry)
+    ended = _Ended(run, known, run.causes(typed, said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
     _write_pictures(ended, title, film, out)
@@ -144,11 +145,11 @@ def command(
 
 
 def _of_bag(
-    asked: Asked, source: ScanSource, poses: Path | None, odometry: OdometryChoice | None
-) -> Asked:
+    invocation: Invocation, source: ScanSource, poses: Path | None, odometry: OdometryChoice | None
+) -> Invocation:
     """Return what was asked, with whether odometry is the bag's own, and nobody chose it."""
     is_own = source.kind == 'bag' and source.has_poses
-    return replace(asked, of_bag=is_own and poses is None and odometry is None)
+    return replace(invocation, of_bag=is_own and poses is None and odometry is None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.judging.asked import Asked
     from fpnet_core.localizer import MapMatch
     from fpnet_core.matching import RegionMatcher
+    from fpnet_core.scoring.invocation import Invocation
     from fpnet_core.sites import Site
     from fpnet_core.types import Cause, GridMap
 
@@ -35,7 +35,7 @@ def command(
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
-    plan: common.PlanOption = None,
+    plan: common.FloorplanOption = None,
     site: common.SiteOption = None,
     submap_storey: Annotated[
         int | None,
@@ -60,9 +60,9 @@ def command(
     of its raster, row 0 at the top. The scale in the JSON is in plan metres per metre of the
     submap, where a robot map without a scale counts 0.05 m per pixel. Without a claim it exits 3.
 
-    Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
+    Example: fpnet match --floorplan plan.png --submap robot_map.png --json match.json
 
-    Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
+    Example: fpnet match --floorplan plan.yaml --submap robot_map.yaml --plot match.png
 
     Example: fpnet match --site site.yaml --submap robot_map.yaml --json -
     """
@@ -71,14 +71,14 @@ def command(
     from fpnet_core.matching.learned import LearnedMatcher
 
     common.check_input(submap)
-    plans = read_plans(plan, site, said, tree, '--plan', json_path)
+    plans = read_plans(plan, site, said, tree, json_path)
     seen = read_robot_map(submap, tree, storey=submap_storey)
     found = _matched(plans, seen, tree)
     result = found.best
     given = common.typed_settings(config, settings)
     given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
-    asked = said.asked_of(('match', '--submap', str(submap), *given), '--plan', plan, site)
-    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, asked, said.storey)
+    typed = said.typed(('match', '--submap', str(submap), *given), plan, site)
+    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, typed, said.storey)
     stated = found.plan.scale.is_known, seen.is_metric
     report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
     report['causes'] = [cause.as_json() for cause in causes]
@@ -131,7 +131,7 @@ def _causes(
     matcher: RegionMatcher,
     tree: FpnetConfig,
     reading: Reading,
-    asked: Asked,
+    invocation: Invocation,
     storey: int | None,
 ) -> tuple[Cause, ...]:
     """Return why nothing is claimed; none where something is."""
@@ -140,7 +140,7 @@ def _causes(
 
     if result.status is MapMatchStatus.MATCHED:
         return ()
-    return explain_match(result, matcher, tree, reading, asked, storey)
+    return explain_match(result, matcher, tree, reading, invocation, storey)
 
 
 def _report(

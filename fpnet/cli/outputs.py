@@ -91,10 +91,10 @@ def check_file(path: Path, name: str) -> None:
         raise FpnetError(f'{name} {path} must not be written; choose another file')
 
 
-def _check_within(folder: Path, asked: str) -> None:
+def _check_within(folder: Path, invocation: str) -> None:
     """Look at what there is of a folder: itself, or the nearest one above."""
     nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not nearest.is_dir():
-        raise FpnetError(f'{asked}: {nearest} is a file; choose another folder')
+        raise FpnetError(f'{invocation}: {nearest} is a file; choose another folder')
     if not is_writable(nearest):
-        raise FpnetError(f'{asked}: {nearest} must not be written; choose another folder')
+        raise FpnetError(f'{invocation}: {nearest} must not be written; choose another folder')

@@ -66,14 +66,14 @@ def command(
     from fpnet.viz.reading import save_reading
     from fpnet_core.drawings.plan_files import as_json, write_plan
     from fpnet_core.drawings.wording import said_of
-    from fpnet_core.judging.asked import Asked
+    from fpnet_core.scoring.invocation import Invocation
 
     picture = _checked(out, drawing)
     exports = _checked_exports(export or [], drawing)
-    asked = Asked(('fpnet', 'plan'), str(drawing), (*said.pairs(), ('--out', str(out))))
-    with verdicts.refusal_as_json(asked, json_path):
+    invocation = Invocation(('fpnet', 'plan'), str(drawing), (*said.pairs(), ('--out', str(out))))
+    with verdicts.refusal_as_json(invocation, json_path):
         reading = verdicts.accepting(said.read(drawing, tree), accept)
-    verdict = verdicts.verdict_on(reading, tree, asked, str(picture))
+    verdict = verdicts.verdict_on(reading, tree, invocation, str(picture))
     segmentation = reading.segmentation
     figures: dict[str, Any] = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
     figures |= {'verdict': verdict.as_json()}

@@ -22,12 +22,11 @@ def read_plans(
     site: Path | None,
     said: common.DrawingOptions,
     tree: FpnetConfig,
-    option: str,
     json_path: Path | None,
 ) -> Reading | Site:
     """Return the floorplan or the site that was named; ConfigError unless it is one of them."""
     if (floorplan is None) == (site is None):
-        raise ConfigError(f'give {option} or --site, one of them')
+        raise ConfigError('give --floorplan or --site, one of them')
     if floorplan is not None:
         reading = said.read(floorplan, tree)
         common.say_reading(reading, json_path)

@@ -71,8 +71,8 @@ def command(
     _print_summary(segmentation, scale, elapsed_ms, json_path)
     report = _report(segmentation, scale, elapsed_ms, reading)
     if reading is not None:
-        asked = said.asked(('fpnet', 'segment'), source)
-        verdict = verdicts.verdict_on(reading, tree, asked)
+        invocation = said.invocation(('fpnet', 'segment'), source)
+        verdict = verdicts.verdict_on(reading, tree, invocation)
         _say_scale_doubts(reading, verdict, json_path)
         report['verdict'] = verdict.as_json()
     common.write_json(json_path, report)

@@ -50,14 +50,14 @@ def check(
     """
     tree = common.load(config, settings, seed)
     from fpnet.site_check import check_site
-    from fpnet_core.localizer import create_finder
+    from fpnet_core.localizer import create_global_localizer
     from fpnet_core.sites.site_files import read_site
 
     read = read_site(site, tree)
     for storey in read.storeys:
         common.say_reading(storey.plan, json_path)
     with progress('comparing', total=len(read.storeys)) as advance:
-        found = check_site(read, create_finder(tree), tree, advance)
+        found = check_site(read, create_global_localizer(tree), tree, advance)
     for line in found.lines():
         common.say(line, json_path)
     common.write_json(json_path, found.as_json())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fpnet.plan_check.verdict import PlanVerdict
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
-    from fpnet_core.judging.asked import Asked
+    from fpnet_core.scoring.invocation import Invocation
 
 AcceptOption = Annotated[
     str | None,
@@ -42,7 +42,7 @@ def accepting(reading: Reading, reason: str | None) -> Reading:
 
 
 def verdict_on(
-    reading: Reading, tree: FpnetConfig, asked: Asked, picture: str = ''
+    reading: Reading, tree: FpnetConfig, invocation: Invocation, picture: str = ''
 ) -> PlanVerdict:
     """Return whether a plan will serve; ``picture`` shows how it was read."""
     from fpnet.plan_check.verdict import verdict_of
@@ -50,16 +50,16 @@ def verdict_on(
 
     segmentation = reading.segmented(tree.segmentation)
     told = told_scale(reading.grid, segmentation, tree.segmentation)
-    return verdict_of(reading, segmentation, asked, told, picture)
+    return verdict_of(reading, segmentation, invocation, told, picture)
 
 
 @contextmanager
-def refusal_as_json(asked: Asked, json_path: Path | None) -> Iterator[None]:
+def refusal_as_json(invocation: Invocation, json_path: Path | None) -> Iterator[None]:
     """Write why a drawing could not be read before the error goes on, for who asked for JSON."""
     try:
         yield
     except MapFormatError as error:
         from fpnet.plan_check.verdict import unreadable
 
-        common.write_json(json_path, {'verdict': unreadable(error, asked).as_json()})
+        common.write_json(json_path, {'verdict': unreadable(error, invocation).as_json()})
         raise

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LIVE_NODES = 'fpnet.live_nodes'
 """
 Group of entry points: functions of a namespace, or of an empty one, that yield what a running
-localizer shows (:mod:`fpnet_core.io.parcels`) and lines about it.
+localizer shows (:mod:`fpnet_core.io.serialization`) and lines about it.
 """
 
 _Input = Annotated[

@@ -48,7 +48,7 @@ def check_gyro(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         return
     turns = _turns(seen, poses, R_imu_sensor)
     if len(turns) >= _FEWEST and np.abs(turns[:, 1]).sum() > _LEAST_RAD:
-        yield from _judged(seen.imu, *turns.transpose(1, 0, 2))
+        yield from _scored(seen.imu, *turns.transpose(1, 0, 2))
 
 
 def _turns(seen: Observed, poses: Sequence[Pose], R_imu_sensor: Array) -> Array:
@@ -76,7 +76,7 @@ def _turns(seen: Observed, poses: Sequence[Pose], R_imu_sensor: Array) -> Array:
     return np.asarray(found[by_gyro[:, 3] == 0.0, :, axes])
 
 
-def _judged(where: str, by_gyro: Array, by_scans: Array, seconds: Array) -> Iterator[Finding]:
+def _scored(where: str, by_gyro: Array, by_scans: Array, seconds: Array) -> Iterator[Finding]:
     """Yield how the turns ``(N, A)`` of a gyroscope differ from those of the scans."""
     offsets = np.einsum('na,ab->nab', seconds, np.eye(seconds.shape[1])).reshape(by_scans.size, -1)
     given = np.column_stack([by_gyro.ravel(), offsets])  # of both, it has less noise

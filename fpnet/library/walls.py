@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from fpnet.library.keypoints import middle_of
 from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2, Placements
-from fpnet_core.localizer.sides import interior_of
+from fpnet_core.localizer.prepared_maps import interior_of
 from fpnet_core.pose import MapEvidence, agreement, map_evidence
 from fpnet_core.pose.evidence import distance_to, dominant_orientation
-from fpnet_core.pose.refine import ROUGH, Freedom, refine
+from fpnet_core.pose.refine import ROUGH, AlignmentPrior, refine
 from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.blocks import block_any
 from fpnet_core.raster.morphology import grown
@@ -34,7 +34,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 _CELL_M = 0.25
 _MOST_POINTS = 1500  # numerical: cells of what was seen that are compared
 # Chosen: drawings are stretched by some per cent, and scales are tried in steps of six.
-_FREEDOM = Freedom(0.03)
+_FREEDOM = AlignmentPrior(0.03)
 _MARGIN_M = 2.0  # numerical: further than placements are moved and walls are looked for
 LEAST = 0.01
 """Numerical: what fits worse than chance keeps the order of its keypoints."""

@@ -17,9 +17,9 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import DrawingScale, Reading
 from fpnet_core.drawings.wording import is_sure, said_of_scale
 from fpnet_core.errors import ConfigError
-from fpnet_core.judging.asked import Asked
-from fpnet_core.localizer import create_finder
-from fpnet_core.localizer.sides import plan_side
+from fpnet_core.localizer import create_global_localizer
+from fpnet_core.localizer.prepared_maps import prepared_plan
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import ScaleEstimate, told_scale
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import Segmentation
@@ -118,7 +118,7 @@ def check_plan(
     config: FpnetConfig,
     seeds: range,
     drive: DriveTour,
-    asked: Asked | None = None,
+    invocation: Invocation | None = None,
     on_step: Callable[[float], None] = lambda _: None,
 ) -> PlanCheck:
     """
@@ -139,7 +139,7 @@ def check_plan(
     """
     segmentation = reading.segmented(config.segmentation)
     told = told_scale(reading.grid, segmentation, config.segmentation)
-    verdict = verdict_of(reading, segmentation, asked, told)
+    verdict = verdict_of(reading, segmentation, invocation, told)
     check = PlanCheck(
         segmentation,
         told,
@@ -149,7 +149,7 @@ def check_plan(
         verdict=verdict,
     )
     if verdict.is_read and segmentation.rooms:
-        similarity = self_similarity(plan_side(segmentation), create_finder(config))
+        similarity = self_similarity(prepared_plan(segmentation), create_global_localizer(config))
         check = replace(check, similarity=similarity)
         on_step(1.0)
         check = _driven(check, lambda seed: drive(reading, config, seed), seeds, on_step)

@@ -19,16 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placement, Placements, rotation
-from fpnet_core.judging import Verdict
-from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.sides import StageTimer, prepare_submap
-from fpnet_core.pose import MapSide
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
+from fpnet_core.localizer.prepared_maps import StageTimer, prepare_submap
+from fpnet_core.pose import PreparedMap
 from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
+from fpnet_core.pose.refine import FINE, ROUGH, AlignmentPrior, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, coarse_support
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.windows import window_of
+from fpnet_core.scoring import Posterior
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 # Chosen, not measured:
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
-_FREEDOM = Freedom(strain_sigma=0.005)  # one drawing is drawn to one scale
+_FREEDOM = AlignmentPrior(anisotropy_sigma=0.005)  # one drawing is drawn to one scale
 _MAX_REFINED = 64  # numerical
 _RANKED_BY = 250  # numerical: wall samples
 _MAX_TWINS = 12  # numerical
@@ -73,10 +73,10 @@ class SelfSimilarity:
     whole: tuple[Twin, ...]
 
 
-def self_similarity(plan: MapSide, finder: Finder) -> SelfSimilarity:
+def self_similarity(plan: PreparedMap, global_localizer: GlobalLocalizer) -> SelfSimilarity:
     """Return what looks alike on a plan; nothing for a plan with one room that fits once."""
     segmentation = plan.segmentation
-    search = _Search(plan, finder)
+    search = _Search(plan, global_localizer)
     alone: dict[int, tuple[Twin, ...]] = {}
     together: dict[int, tuple[Twin, ...]] = {}
     for room in segmentation.rooms:
@@ -101,11 +101,11 @@ def neighbours(segmentation: Segmentation, room: int) -> set[int]:
 class _Search:
     """Lays parts of one plan on all of it."""
 
-    def __init__(self, plan: MapSide, finder: Finder) -> None:
+    def __init__(self, plan: PreparedMap, global_localizer: GlobalLocalizer) -> None:
         self._plan = plan
-        self._finder = finder
-        localizer = finder.config.localizer
-        self._least = 1.0 - localizer.claim_probability
+        self._global_localizer = global_localizer
+        localizer = global_localizer.config.localizer
+        self._least = 1.0 - localizer.accept_probability
         self._frames = _room_frames(plan.segmentation)
 
     def twins(self, rooms: Sequence[int], anchor: int) -> tuple[Twin, ...]:
@@ -118,17 +118,17 @@ class _Search:
         # The identity leads, so that what is near it falls away.
         both = Placements.of([Affine2D.identity()]).joined(found)
         kept = both.distinct(part.evidence.corners, DISTINCT_M, _MAX_TWINS + 1)
-        verdict = self._judged(part, both.take(kept))
+        verdict = self._scored(part, both.take(kept))
         is_true = _is_identity(verdict.placements)
         probability = _against(verdict.weights, is_true)
         twins = np.flatnonzero((probability > self._least) & ~is_true)
         made = (self._twin(anchor, verdict.placements[i], probability[i]) for i in twins)
         return tuple(twin for twin in made if twin is not None)
 
-    def _judged(self, part: MapSide, placements: Placements) -> Verdict:
+    def _scored(self, part: PreparedMap, placements: Placements) -> Posterior:
         area_m2 = part.evidence.free_area_m2
-        match = self._finder.matcher.match(self._plan.graph, part.graph, area_m2)
-        return self._finder.judge.judge(self._plan, part, placements, match, 0.0)
+        match = self._global_localizer.matcher.match(self._plan.graph, part.graph, area_m2)
+        return self._global_localizer.scorer.posterior(self._plan, part, placements, match, 0.0)
 
     def _candidates(self, anchor: int) -> Placements:
         """Lay the anchor's rectangle on that of every room of like size, four ways each."""
@@ -171,7 +171,7 @@ def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
     return np.asarray(1.0 / (1.0 + np.exp(weights[is_true] - weights)))
 
 
-def _mapped(grid: GridMap) -> MapSide:
+def _mapped(grid: GridMap) -> PreparedMap:
     """Return a part of the plan as a robot's map of it."""
     side, _ = prepare_submap(submap_from_grid(grid), SubmapSegmenter(), StageTimer())
     return side

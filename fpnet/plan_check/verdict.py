@@ -22,8 +22,8 @@ import numpy as np
 from fpnet_core.drawings.plan_files import MAP_FORMAT
 from fpnet_core.drawings.types import Box, DrawingScale, Reading
 from fpnet_core.drawings.wording import said_of_scale
-from fpnet_core.judging.asked import Asked
 from fpnet_core.raster.pixels import map_points
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import UNKNOWN, Region, Segmentation
@@ -134,7 +134,7 @@ FIT = PlanVerdict(Fitness.FIT)
 def verdict_of(
     reading: Reading,
     segmentation: Segmentation,
-    asked: Asked | None = None,
+    invocation: Invocation | None = None,
     told: ScaleEstimate = STATED_SCALE,
     picture: str = '',
 ) -> PlanVerdict:
@@ -149,25 +149,25 @@ def verdict_of(
     told : what its rooms, doors and walls say of its scale
     picture : of how it was read, where there is one
     """
-    asked = asked or Asked()
+    invocation = invocation or Invocation()
     is_other = _is_no_floorplan(reading, segmentation)
-    look = f'look at {picture}' if picture else asked.look_at_reading()
-    remedy = _remedy(reading, asked, '' if is_other else look)
-    reasons = tuple(_reasons(reading, segmentation, asked, told, remedy))
+    look = f'look at {picture}' if picture else invocation.look_at_reading()
+    remedy = _remedy(reading, invocation, '' if is_other else look)
+    reasons = tuple(_reasons(reading, segmentation, invocation, told, remedy))
     fitness = Fitness.DOUBTFUL if reasons else Fitness.FIT
     return PlanVerdict(Fitness.NO_FLOORPLAN if is_other else fitness, reasons, reading.accepted)
 
 
-def unreadable(error: Exception, asked: Asked) -> PlanVerdict:
+def unreadable(error: Exception, invocation: Invocation) -> PlanVerdict:
     """Return the verdict on a file that could not be read."""
-    crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+    crop = invocation.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
     return PlanVerdict(Fitness.NO_FLOORPLAN, (Reason(str(error), crop),))
 
 
 def _reasons(
     reading: Reading,
     segmentation: Segmentation,
-    asked: Asked,
+    invocation: Invocation,
     told: ScaleEstimate,
     remedy: str,
 ) -> Iterator[Reason]:
@@ -178,7 +178,7 @@ def _reasons(
     ]
     for what, where in found:
         yield Reason(what, remedy, where)
-    measure = asked.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
+    measure = invocation.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
     if not found:
         for what in scale_faults(reading.scale, segmentation, told):
             yield Reason(what, measure, is_scale=True)
@@ -187,13 +187,13 @@ def _reasons(
         yield Reason(what, f'measure one length: {measure}', is_scale=True)
 
 
-def _remedy(reading: Reading, asked: Asked, look: str) -> str:
+def _remedy(reading: Reading, invocation: Invocation, look: str) -> str:
     """Return what to do about rooms that may have been misread."""
-    crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+    crop = invocation.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
     part = f'if another part of the sheet was read: {crop}'
     if reading.drawing.format == MAP_FORMAT:
         part = 'a map of map_server is taken as it is: change its image, thresholds or resolution'
-    accept = f'if it was read rightly: {asked.again("--accept", "REASON")}'
+    accept = f'if it was read rightly: {invocation.again("--accept", "REASON")}'
     return '; '.join([*([look] if look else []), part, accept])
 
 
@@ -247,7 +247,7 @@ def scale_faults(
     """Return what speaks against a scale: sizes of no building, another scale that is told."""
     # Of one room its gate, which is of a gate's size at this scale, tells more than its area.
     is_hall = len(segmentation.rooms) == 1 and bool(rooms_with_ways_out(segmentation))
-    return (*_mismeasured(segmentation), *_misstated(scale, told, is_hall))
+    return (*_mismeasured(segmentation), *_wide_scales(scale, told, is_hall))
 
 
 def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
@@ -261,9 +261,9 @@ def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
         yield f'its middle door is {width:.2g} m wide: no building at this scale'
 
 
-def _misstated(scale: DrawingScale, told: ScaleEstimate, is_single_hall: bool) -> Iterator[str]:
+def _wide_scales(scale: DrawingScale, told: ScaleEstimate, is_single_hall: bool) -> Iterator[str]:
     """Say by how much a stated scale is off, where that is beyond doubt."""
-    if scale.is_known and told.is_denial and not is_single_hall:
+    if scale.is_known and told.is_scale_conflict and not is_single_hall:
         yield f'{told.said_at(scale.resolution_m)}, and {said_of_scale(scale)}'
 
 

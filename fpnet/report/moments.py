@@ -100,15 +100,15 @@ def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
 
 def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
     """Return the best placements: the affine map as rows of (2, 3), and what it is worth."""
-    is_claimed, sigma_m = output.status is Status.LOCALIZED, None
-    if output.spread is not None:
-        sigma_m = round(float(np.sqrt(np.trace(output.spread.cov[:2, :2]))), 3)
+    is_accepted, sigma_m = output.status is Status.LOCALIZED, None
+    if output.covariance is not None:
+        sigma_m = round(float(np.sqrt(np.trace(output.covariance.cov[:2, :2]))), 3)
     return [
         {
             'A_plan_submap': np.round(e.A_plan_submap.matrix[:2], 5).tolist(),
             'score': round(e.score, 3),
-            'sigma_m': sigma_m if is_claimed and rank == 0 else None,
-            'is_claimed': is_claimed and rank == 0,
+            'sigma_m': sigma_m if is_accepted and rank == 0 else None,
+            'is_claimed': is_accepted and rank == 0,
         }
         for rank, e in enumerate(output.estimates.take(np.s_[:SHOWN_PLACEMENTS]))
     ]

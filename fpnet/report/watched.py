@@ -10,7 +10,7 @@ from typing import Self
 
 from fpnet.report.live import LiveRun
 from fpnet.report.record import RunRecord
-from fpnet_core.io.parcels import ShownPlan, ShownTick
+from fpnet_core.io.serialization import ShownPlan, ShownTick
 from fpnet_core.localizer.kept import in_brief
 from fpnet_core.trajectory import PlanarTrajectory
 
@@ -63,15 +63,15 @@ class WatchedRun:
         else:
             self._live.begin(title, plan.rooms)
 
-    def _show(self, tick: ShownTick) -> None:
+    def _show(self, update: ShownTick) -> None:
         record = self._record
-        if self._live is None or record is None or tick.number != self._number:
+        if self._live is None or record is None or update.number != self._number:
             return
-        if record.outputs and tick.output.stamp_ns < record.outputs[-1].stamp_ns:
+        if record.outputs and update.output.stamp_ns < record.outputs[-1].stamp_ns:
             record = RunRecord(record.title, '', record.plan)  # time went back
             self._live.begin(record.title, record.plan)
-        self._record = record = with_tick(record, tick)
-        is_its = self._said.startswith(tick.output.said)
+        self._record = record = with_tick(record, update)
+        is_its = self._said.startswith(update.output.said)
         self._live.show(record, self._said if is_its else '')
 
     def _say(self, said: str) -> None:
@@ -91,17 +91,17 @@ class WatchedRun:
             self._live.close()
 
 
-def with_tick(record: RunRecord, tick: ShownTick) -> RunRecord:
+def with_tick(record: RunRecord, update: ShownTick) -> RunRecord:
     """Return the record with another tick; of all before, only what fills a line is kept."""
     before = map(in_brief, record.outputs[-1:])
-    outputs = (*record.outputs[:-1], *before, tick.output)
+    outputs = (*record.outputs[:-1], *before, update.output)
     if len(outputs) > _REMEMBERED:
         outputs = (outputs[0], *outputs[-_REMEMBERED:])
-    submap, odometry = tick.output.submap, record.odometry
-    if submap is not None and tick.T_odom_base is not None:
-        newest = PlanarTrajectory.of([(submap.stamp_ns, tick.T_odom_base)])
+    submap, odometry = update.output.submap, record.odometry
+    if submap is not None and update.T_odom_base is not None:
+        newest = PlanarTrajectory.of([(submap.stamp_ns, update.T_odom_base)])
         odometry = _joined(odometry, newest)
-    published = _joined(record.published, tick.poses)
+    published = _joined(record.published, update.poses)
     return replace(record, outputs=outputs, published=published, odometry=odometry)
 
 

@@ -79,7 +79,7 @@ def save_map_match(result: MapMatch, path: Path) -> None:
 def draw_map_match(figure: Figure, result: MapMatch) -> None:
     """Draw both maps, their regions, and the submap's walls on the plan, side by side."""
     plan, sub = result.plan.segmentation, result.sub.segmentation
-    best = result.comparison.estimates[0].A_plan_submap if result.A_plan_sub else None
+    best = result.candidates.estimates[0].A_plan_submap if result.A_plan_sub else None
     axes = figure.subplots(1, 3)
     draw_grid(axes[0], plan.grid)
     draw_segmentation(axes[0], plan)

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.judging.deform import PATCH_M
-from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose import AGAIN, RIGID_STRAIN, AlignmentPrior, MapEvidence, refine, wall_support
+from fpnet_core.scoring.deform import PATCH_M
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def _aligned(
     plan: MapEvidence, places: dict[tuple[int, int], _Place], A_plan_sub: Affine2D
 ) -> dict[tuple[int, int], _Place]:
     """Return the places aligned on their own, from the whole map's placement and neighbours'."""
-    freedom = Freedom(RIGID_STRAIN, A_plan_sub.stretch)
+    alignment_prior = AlignmentPrior(RIGID_STRAIN, A_plan_sub.stretch)
     for sweep in range(_SWEEPS):
         for index in sorted(places, reverse=bool(sweep % 2)):
             place = places[index]
@@ -103,7 +103,7 @@ def _aligned(
                 if (near := (index[0] + step[0], index[1] + step[1])) in places
             ]
             starts = Placements.of([place.A_plan_sub, *around])
-            found = refine(plan, place.walls, starts, freedom, AGAIN)
+            found = refine(plan, place.walls, starts, alignment_prior, AGAIN)
             support = wall_support(plan, place.walls, found)
             best = int(support.argmax())
             if support[best] > place.support:

@@ -14,7 +14,7 @@ from scipy.special import expit
 from fpnet_core.differences.found import Difference, DifferenceKind, Differences
 from fpnet_core.differences.overlay import FAR_M, Overlay, metres_to, overlay
 from fpnet_core.geometry import Affine2D
-from fpnet_core.pose import MapSide
+from fpnet_core.pose import PreparedMap
 from fpnet_core.raster.morphology import closed, grown
 from fpnet_core.raster.pieces import label_windows, pieces_of
 from fpnet_core.raster.rays import draw_line, values_at
@@ -74,7 +74,7 @@ _SHUT = 0.8  # share of an opening that must be seen, and be seen to be closed
 
 
 def find_differences(
-    plan: MapSide, sub: MapSide, A_plan_sub: Affine2D, drawn: GridMap | None = None
+    plan: PreparedMap, sub: PreparedMap, A_plan_sub: Affine2D, drawn: GridMap | None = None
 ) -> Differences:
     """
     Return where a drawing and what was seen of the building differ.
@@ -154,7 +154,7 @@ def _open_share(cells: Mask, ends_rc: Array, laid: Overlay, away_m: tuple[float,
     return float((one & other).mean())
 
 
-def _shut_doors(plan: MapSide, laid: Overlay) -> tuple[list[tuple[Mask, Difference]], Mask]:
+def _shut_doors(plan: PreparedMap, laid: Overlay) -> tuple[list[tuple[Mask, Difference]], Mask]:
     """Return the drawn doors that were seen to be shut, and the cells of all drawn doors."""
     grid, reach = plan.segmentation.grid, max(1, round(_DOOR_REACH_M / laid.cell_m))
     at_doors, found = np.zeros(grid.shape, dtype=np.bool_), []

@@ -7,7 +7,7 @@ from __future__ import annotations
 from fpnet_core.differences.finding import find_differences
 from fpnet_core.differences.found import Differences
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.pose import PreparedMap, map_evidence
 from fpnet_core.types import LocalizerOutput
 
 
@@ -20,6 +20,6 @@ def differences_of(output: LocalizerOutput, plan: Floorplan) -> Differences | No
     seen, graph = output.segmentation, output.graph
     if output.A_plan_odom is None or seen is None or graph is None or not output.estimates:
         return None
-    sub = MapSide(seen, graph, map_evidence(seen.grid))
+    sub = PreparedMap(seen, graph, map_evidence(seen.grid))
     A_working_sub = plan.placed_in_working(output.estimates[0].A_plan_submap)
     return find_differences(plan.working, sub, A_working_sub, plan.given)

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from fpnet_core.differences.found import DifferenceKind, Differences
 from fpnet_core.differences.of_output import differences_of
 from fpnet_core.frozen import freeze_field
-from fpnet_core.judging.reasons import metres, percent
+from fpnet_core.localizer.cached_search import NEWS_GROWTH
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.search import NEWS_GROWTH
+from fpnet_core.scoring.reasons import metres, percent
 from fpnet_core.types import LocalizerOutput
 
 AROUND_M = 10.0
@@ -126,7 +126,7 @@ class DrawingWatch:
     def forget(self) -> None:
         """Begin anew: nobody knows where the robot is."""
         self.outdated: Outdated | None = None
-        self._ticks = 0
+        self._updates = 0
         self._looked_m2 = 0.0
         self._storey = ''
 
@@ -135,10 +135,10 @@ class DrawingWatch:
         if output.A_plan_odom is None or plan is None or output.submap is None:
             self.forget()
             return None
-        self._ticks += 1
+        self._updates += 1
         area_m2 = output.submap.free_area_m2
         has_news = area_m2 >= NEWS_GROWTH * self._looked_m2 or output.storey != self._storey
-        if self._ticks % _EVERY_TICKS != 1 or not has_news:
+        if self._updates % _EVERY_TICKS != 1 or not has_news:
             return None
         found = differences_of(output, plan)
         if found is not None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.differences.bending import bending
 from fpnet_core.geometry import Affine2D
-from fpnet_core.pose import MapSide
+from fpnet_core.pose import PreparedMap
 from fpnet_core.pose.evidence import WALL_REACH_M
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
@@ -58,7 +58,7 @@ class Overlay:
     cell_m: float
 
 
-def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
+def overlay(plan: PreparedMap, sub: PreparedMap, A_plan_sub: Affine2D) -> Overlay:
     """
     Return both maps on the drawing's raster.
 

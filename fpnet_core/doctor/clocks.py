@@ -12,7 +12,7 @@ from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed, Topic
 from fpnet_core.geometry.pose_track import MAX_GAP_NS
 from fpnet_core.io.topic_names import is_registered
-from fpnet_core.judging.findings import FEWEST_HZ
+from fpnet_core.scoring.findings import FEWEST_HZ
 from fpnet_core.stamps import NS_PER_S
 
 # Chosen, not measured:

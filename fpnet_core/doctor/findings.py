@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class Problem(StrEnum):
-    """Kinds of what can be wrong; each has its paragraph in docs/doctor.md."""
+    """Kinds of what can be wrong; each has its paragraph in notes/doctor.md."""
 
     TOPIC = 'topic missing'
     SILENT = 'nothing comes'

@@ -15,7 +15,7 @@ from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.formats.images import WORK_PIXELS
 from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.doubts import Doubts, doubts_of
-from fpnet_core.drawings.pictures.found import Found, find_building, stride
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, find_building, stride
 from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.pictures.thin_lines import without_thin_lines
 from fpnet_core.drawings.plan_files import MAP_FORMAT, PlanRecord, recorded
@@ -182,7 +182,9 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     return in_image_pixels(reading)
 
 
-def _doubts(found: Found, config: SegmentationConfig, metres_per_unit: float | None) -> Doubts:
+def _doubts(
+    found: PlanHypothesis, config: SegmentationConfig, metres_per_unit: float | None
+) -> Doubts:
     """Return what is thought of a reading whose scale may be known."""
     thought = doubts_of(found, config)
     if not found.segmentation.rooms:
@@ -193,7 +195,7 @@ def _doubts(found: Found, config: SegmentationConfig, metres_per_unit: float | N
     return replace(thought, reasons=tuple(reasons))
 
 
-def _notes(found: Found, options: ReadOptions) -> list[str]:
+def _notes(found: PlanHypothesis, options: ReadOptions) -> list[str]:
     notes = []
     if found.is_straightened:
         notes.append('The sheet lay askew or was photographed at an angle; that was undone.')

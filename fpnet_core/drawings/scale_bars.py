@@ -49,8 +49,8 @@ def _bar_fit(
     unit_m = next((unit for unit in units if unit), None) or _unit_beside(zero, labels)
     if len(values) < 2 or unit_m is None:
         return None
-    ticks = _ticks(top, bottom, height, lines)
-    slope = _tick_slope(np.array(places), np.array(values), ticks, height)
+    updates = _updates(top, bottom, height, lines)
+    slope = _tick_slope(np.array(places), np.array(values), updates, height)
     return None if slope is None else (unit_m / slope, slope * max(values))
 
 
@@ -64,25 +64,25 @@ def _unit_beside(zero: Label, labels: Sequence[Label]) -> float | None:
     return None
 
 
-def _ticks(top: float, bottom: float, height: float, lines: DrawnLines) -> Array:
+def _updates(top: float, bottom: float, height: float, lines: DrawnLines) -> Array:
     """Return where upright strokes stand beside a row of numbers; edges of the bar's fields."""
     upright = np.abs(np.cos(lines.angle)) < PARALLEL
     upright &= (lines.low[:, 1] < bottom + 2.5 * height) & (lines.high[:, 1] > top - 2.5 * height)
     upright &= (lines.high[:, 1] - lines.low[:, 1]) < 4.0 * height
-    ticks: Array = np.unique(np.round(lines.ends[upright].mean(axis=1)[:, 0], 1))
-    return ticks
+    updates: Array = np.unique(np.round(lines.ends[upright].mean(axis=1)[:, 0], 1))
+    return updates
 
 
-def _tick_slope(places: Array, values: Array, ticks: Array, height: float) -> float | None:
+def _tick_slope(places: Array, values: Array, updates: Array, height: float) -> float | None:
     """
     Return pixels per unit of a bar whose numbers stand at ticks.
 
     A number with a unit behind it stands off its tick by half of the unit's width, so each number
     may be any tick near it; the ticks of all must be even.
     """
-    if len(ticks) < 2:
+    if len(updates) < 2:
         return None
-    near = [ticks[np.abs(ticks - place) < 1.6 * height] for place in places]
+    near = [updates[np.abs(updates - place) < 1.6 * height] for place in places]
     if any(len(ends) == 0 for ends in near):
         return None
     order = int(np.argmax(values))

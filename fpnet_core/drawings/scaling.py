@@ -9,7 +9,7 @@ import math
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig, parse_config
 from fpnet_core.drawings.annotations import scale_of
-from fpnet_core.drawings.pictures.found import NOMINAL_M, Found
+from fpnet_core.drawings.pictures.hypothesis import NOMINAL_M, PlanHypothesis
 from fpnet_core.drawings.room_texts import mapped, room_votes
 from fpnet_core.drawings.stated import cells_per_pixel
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
@@ -25,7 +25,7 @@ _FURTHEST = 4.0  # factor by which texts may be off what doors, rooms and walls 
 _APART = 1.06  # factor between scales that contradict
 
 
-def resolve_scale(found: Found, config: SegmentationConfig) -> tuple[DrawingScale, float]:
+def resolve_scale(found: PlanHypothesis, config: SegmentationConfig) -> tuple[DrawingScale, float]:
     """
     Return the scale of a reading's pixels, and the edge of a cell [m].
 
@@ -50,7 +50,7 @@ def resolve_scale(found: Found, config: SegmentationConfig) -> tuple[DrawingScal
     return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), NOMINAL_M * factor.factor
 
 
-def _is_contradicted(found: Found, said: DrawingScale) -> bool:
+def _is_contradicted(found: PlanHypothesis, said: DrawingScale) -> bool:
     """Tell whether what is printed in rooms agrees on another scale than a drawing's texts."""
     agreed = most_likely(_votes(found, found.segmentation))
     return agreed is not None and not (
@@ -58,12 +58,12 @@ def _is_contradicted(found: Found, said: DrawingScale) -> bool:
     )
 
 
-def _agreed(found: Found, segmentation: Segmentation, prior: Prior) -> Consensus | None:
+def _agreed(found: PlanHypothesis, segmentation: Segmentation, prior: Prior) -> Consensus | None:
     """Return what a drawing's texts agree on once its rooms are known."""
     return most_likely([*found.said.votes, *_votes(found, segmentation)], prior)
 
 
-def _votes(found: Found, segmentation: Segmentation) -> list[Vote]:
+def _votes(found: PlanHypothesis, segmentation: Segmentation) -> list[Vote]:
     """Return what is printed in rooms as votes for metres per pixel of the drawing."""
     if not found.said.labels:
         return []

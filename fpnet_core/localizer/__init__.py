@@ -3,17 +3,17 @@
 """Cadence, hypotheses over time, and what may be claimed."""
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.judging import Judge
-from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
+from fpnet_core.localizer.prepared_maps import prepare_plan
 from fpnet_core.localizer.replay import Replay, ReplayResult, replay
-from fpnet_core.localizer.sides import prepare_plan
 from fpnet_core.localizer.storeys import StoreyPlan
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring import PlacementScorer
 
 __all__ = [
-    'Finder',
+    'GlobalLocalizer',
     'Localizer',
     'MapMatch',
     'MapMatchStatus',
@@ -40,7 +40,7 @@ def create_localizer(config: FpnetConfig) -> Localizer:
     return Localizer(config, LearnedMatcher(config.matcher))
 
 
-def create_finder(config: FpnetConfig) -> Finder:
+def create_global_localizer(config: FpnetConfig) -> GlobalLocalizer:
     """
     Return a finder with the learned matcher and judge, packaged or given weights.
 
@@ -49,4 +49,6 @@ def create_finder(config: FpnetConfig) -> Finder:
     WeightsError
         If the weights are missing, corrupt, or made for another schema.
     """
-    return Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)
+    return GlobalLocalizer(
+        LearnedMatcher(config.matcher), PlacementScorer.configured(config.localizer), config
+    )

@@ -16,10 +16,17 @@ import math
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
-from fpnet_core.judging import Judge, Verdict
-from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.causes import causes_of
-from fpnet_core.judging.findings import (
+from fpnet_core.localizer.drift import drift_of
+from fpnet_core.localizer.floorplan import Floorplan, denied_scale
+from fpnet_core.localizer.global_localizer import GlobalLocalizer, MatchQuery
+from fpnet_core.localizer.kept import is_brief
+from fpnet_core.localizer.maps import MapMatch
+from fpnet_core.localizer.prepared_maps import StageTimer, prepare_submap, prepared_plan
+from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.scoring import PlacementScorer, Posterior
+from fpnet_core.scoring.causes import causes_of
+from fpnet_core.scoring.findings import (
     DoubleWalls,
     Findings,
     Fit,
@@ -28,15 +35,8 @@ from fpnet_core.judging.findings import (
     alike,
     storeys_alike,
 )
-from fpnet_core.judging.reasons import CONTRADICTED, FEW_WALLS_M
-from fpnet_core.localizer.drift import drift_of
-from fpnet_core.localizer.finder import Finder, Question
-from fpnet_core.localizer.floorplan import Floorplan, denied_scale
-from fpnet_core.localizer.kept import is_brief
-from fpnet_core.localizer.maps import MapMatch
-from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
-from fpnet_core.localizer.sides import StageTimer, plan_side, prepare_submap
-from fpnet_core.matching import RegionMatcher
+from fpnet_core.scoring.invocation import Invocation
+from fpnet_core.scoring.reasons import CONTRADICTED, FEW_WALLS_M
 from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
 from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_core.trajectory import path_length
@@ -55,7 +55,7 @@ def explain_run(
     matcher: RegionMatcher,
     config: FpnetConfig,
     reading: Reading | None = None,
-    asked: Asked | None = None,
+    invocation: Invocation | None = None,
     storey: int | None = None,
     sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
@@ -92,14 +92,14 @@ def explain_run(
         if reading is not None:
             estimate, segmentation = reading.estimate, reading.segmented(config.segmentation)
         floorplan = Floorplan.prepared(plan, config, estimate, segmentation=segmentation)
-        found = replace(found, denial=floorplan.denial)
+        found = replace(found, scale_conflict=floorplan.scale_conflict)
         found = _looked_at(found, largest, floorplan, matcher, config)
         if found.drift is not None:
             kept = [o.submap for o in outputs if o.submap is not None and not is_brief(o)]
             straight_m = _straight_m(found.drift)
             early = [submap for submap in kept if path_length(submap.path_xy) <= straight_m]
             found = replace(found, early=_early(early, floorplan, matcher, config))
-    return causes_of(_of_reading(found, reading, storey), asked)
+    return causes_of(_of_reading(found, reading, storey), invocation)
 
 
 def explain_match(
@@ -107,27 +107,29 @@ def explain_match(
     matcher: RegionMatcher,
     config: FpnetConfig,
     reading: Reading | None = None,
-    asked: Asked | None = None,
+    invocation: Invocation | None = None,
     storey: int | None = None,
 ) -> tuple[Cause, ...]:
     """Return the likely causes of a match's having no answer; parameters as of a run."""
-    finder = Finder(matcher, Judge.configured(config.localizer), config)
-    denial = None
+    global_localizer = GlobalLocalizer(
+        matcher, PlacementScorer.configured(config.localizer), config
+    )
+    scale_conflict = None
     if reading is not None and reading.scale.is_known:
-        denial = denied_scale(match.plan, config)
-    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated, denial=denial)
-    question = Question(match.plan, match.sub, match.area_m2, match.search)
-    found = _of_tests(found, question, match.comparison.verdict, finder)
-    return causes_of(_of_reading(found, reading, storey), asked)
+        scale_conflict = denied_scale(match.plan, config)
+    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated, scale_conflict=scale_conflict)
+    query = MatchQuery(match.plan, match.sub, match.area_m2, match.search)
+    found = _of_tests(found, query, match.candidates.posterior, global_localizer)
+    return causes_of(_of_reading(found, reading, storey), invocation)
 
 
 def causes_of_look(
-    question: Question,
-    verdict: Verdict,
+    query: MatchQuery,
+    posterior: Posterior,
     submap: Submap,
     status: Status,
     is_mirrored: bool,
-    denial: ScaleEstimate | None = None,
+    scale_conflict: ScaleEstimate | None = None,
     sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
@@ -143,11 +145,11 @@ def causes_of_look(
         0.0,
         0.0,
         is_mirrored=is_mirrored,
-        denial=denial,
+        scale_conflict=scale_conflict,
         driven_m=driven_m,
         sensed=sensed or Sensed(),
     )
-    return causes_of(_of_look(found, question, verdict))
+    return causes_of(_of_look(found, query, posterior))
 
 
 def causes_of_waiting(
@@ -173,16 +175,20 @@ def _looked_at(
     config: FpnetConfig,
 ) -> Findings:
     """Return ``found`` with what a fresh search of one submap says, and wider ones."""
-    finder = Finder(matcher, Judge.configured(config.localizer), config)
-    question = _asked(submap, floorplan)
-    if question.area_m2 < found.needed_m2:
+    global_localizer = GlobalLocalizer(
+        matcher, PlacementScorer.configured(config.localizer), config
+    )
+    query = _asked(submap, floorplan)
+    if query.area_m2 < found.needed_m2:
         return replace(
             found,
-            walls_m=question.sub.evidence.wall_length_m,
-            seen_m2=question.area_m2,
-            plan_m2=question.plan.evidence.free_area_m2,
+            walls_m=query.sub.evidence.wall_length_m,
+            seen_m2=query.area_m2,
+            plan_m2=query.plan.evidence.free_area_m2,
         )
-    return _of_tests(found, question, finder.find(question, StageTimer()).verdict, finder)
+    return _of_tests(
+        found, query, global_localizer.find(query, StageTimer()).posterior, global_localizer
+    )
 
 
 def _early(
@@ -192,11 +198,13 @@ def _early(
     if not seen:
         return None
     submap = max(seen, key=lambda submap: submap.free_area_m2)
-    question = _asked(submap, floorplan)
-    if question.sub.evidence.wall_length_m < FEW_WALLS_M:
+    query = _asked(submap, floorplan)
+    if query.sub.evidence.wall_length_m < FEW_WALLS_M:
         return None
-    finder = Finder(matcher, Judge.configured(config.localizer), config)
-    return Fit.of(finder.find(question, StageTimer()).verdict)
+    global_localizer = GlobalLocalizer(
+        matcher, PlacementScorer.configured(config.localizer), config
+    )
+    return Fit.of(global_localizer.find(query, StageTimer()).posterior)
 
 
 def _straight_m(drift: DoubleWalls | TurningWalls) -> float:
@@ -207,10 +215,10 @@ def _straight_m(drift: DoubleWalls | TurningWalls) -> float:
     return drift.path_m / max(times, 1.0)
 
 
-def _asked(submap: Submap, floorplan: Floorplan) -> Question:
+def _asked(submap: Submap, floorplan: Floorplan) -> MatchQuery:
     """Return where a submap lies as a question."""
     sub, _ = prepare_submap(submap, SubmapSegmenter(), StageTimer())
-    return Question(floorplan.working, sub, submap.free_area_m2, floorplan.scale.search)
+    return MatchQuery(floorplan.working, sub, submap.free_area_m2, floorplan.scale.search)
 
 
 def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
@@ -226,30 +234,34 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
     )
 
 
-def _of_look(found: Findings, question: Question, verdict: Verdict) -> Findings:
-    factors = (question.search.misstated or question.search).factors
-    shares, probability = alike(verdict)
+def _of_look(found: Findings, query: MatchQuery, posterior: Posterior) -> Findings:
+    factors = (query.search.wide_scales or query.search).factors
+    shares, probability = alike(posterior)
     return replace(
         found,
-        walls_m=question.sub.evidence.wall_length_m,
-        seen_m2=question.area_m2,
-        plan_m2=question.plan.evidence.free_area_m2,
-        best=Fit.of(verdict),
+        walls_m=query.sub.evidence.wall_length_m,
+        seen_m2=query.area_m2,
+        plan_m2=query.plan.evidence.free_area_m2,
+        best=Fit.of(posterior),
         alike=shares,
         alike_probability=float(probability),
         scales=(float(factors.min()), float(factors.max())),
-        resolution_m=question.plan.segmentation.grid.resolution,
+        resolution_m=query.plan.segmentation.grid.resolution,
     )
 
 
-def _of_tests(found: Findings, question: Question, verdict: Verdict, finder: Finder) -> Findings:
+def _of_tests(
+    found: Findings, query: MatchQuery, posterior: Posterior, global_localizer: GlobalLocalizer
+) -> Findings:
     """Return ``found`` with what a look, wider scales and the mirror image lead to."""
-    found = _of_look(found, question, verdict)
-    factors = allowed_scales(_WIDEST) / (found.denial.factor if found.denial else 1.0)
-    wide = ScaleSearch.of_factors(factors, finder.config.pose.strain_sigma)
-    mirror = plan_side(mirrored_rooms(question.plan.segmentation))
-    rescaled = finder.find(replace(question, search=wide), StageTimer()).verdict
-    mirrored = finder.find(replace(question, plan=mirror), StageTimer()).verdict
+    found = _of_look(found, query, posterior)
+    factors = allowed_scales(_WIDEST) / (
+        found.scale_conflict.factor if found.scale_conflict else 1.0
+    )
+    wide = ScaleSearch.of_factors(factors, global_localizer.config.pose.anisotropy_sigma)
+    mirror = prepared_plan(mirrored_rooms(query.plan.segmentation))
+    rescaled = global_localizer.find(replace(query, search=wide), StageTimer()).posterior
+    mirrored = global_localizer.find(replace(query, plan=mirror), StageTimer()).posterior
     # The two compete as equals here: that drawings are rarely mirrored is for the reader to weigh.
-    contest = finder.judge.against_mirror(mirrored, verdict, 0.0)
+    contest = global_localizer.scorer.against_mirror(mirrored, posterior, 0.0)
     return replace(found, rescaled=Fit.of(rescaled), mirror=Fit.of(contest))

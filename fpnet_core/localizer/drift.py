@@ -17,20 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements, rotation
-from fpnet_core.judging.findings import DoubleWalls, TurningWalls
-from fpnet_core.localizer.anchor import FEWEST_POINTS
 from fpnet_core.localizer.kept import is_brief
+from fpnet_core.localizer.pose_filter import FEWEST_POINTS
 from fpnet_core.pose import (
     FINE,
     RIGID_STRAIN,
     ROUGH,
-    Freedom,
+    AlignmentPrior,
     MapEvidence,
     map_evidence,
     refine,
     wall_support,
 )
 from fpnet_core.raster.rays import values_at
+from fpnet_core.scoring.findings import DoubleWalls, TurningWalls
 from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
 
@@ -50,7 +50,7 @@ _LEAST_STRENGTH = 0.4  # chosen: walls without a common direction tell nothing
 _LEAST_TURN_RAD = math.radians(8.0)  # physical: wings of a building are further apart
 _STEADY = 0.15  # chosen: of the whole turn, by which directions may lie beside a steady one
 # Chosen, not measured:
-_RIGID = Freedom(RIGID_STRAIN, stretch=np.eye(2))
+_RIGID = AlignmentPrior(RIGID_STRAIN, stretch=np.eye(2))
 _SHIFTS_M = (-1.0, 0.0, 1.0)  # starts of the alignment
 _TURNS_RAD = tuple(math.radians(turn) for turn in (-12.0, -6.0, 0.0, 6.0, 12.0))
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.geometry import SE2, Affine2D, Placements
-from fpnet_core.localizer.belief import Belief
+from fpnet_core.localizer.prepared_maps import prepare_plan, prepared_plan
 from fpnet_core.localizer.scale import ScaleHistory
-from fpnet_core.localizer.sides import plan_side, prepare_plan
-from fpnet_core.pose import MapSide
+from fpnet_core.localizer.tracking import LocalizationState
+from fpnet_core.pose import PreparedMap
+from fpnet_core.pose_covariance import PoseCovariance
 from fpnet_core.segmentation import (
     STATED_SCALE,
     ScaleEstimate,
@@ -28,7 +29,6 @@ from fpnet_core.segmentation import (
     told_scale,
 )
 from fpnet_core.segmentation.moved import mirrored_rooms, rescaled, rescaled_rooms
-from fpnet_core.spread import PoseSpread
 from fpnet_core.types import GridMap, PlanScale, Segmentation, Status
 
 
@@ -47,12 +47,12 @@ class Floorplan:
     """
 
     given: GridMap
-    nominal: MapSide
-    working: MapSide
+    nominal: PreparedMap
+    working: PreparedMap
     factor: float
     scale: ScaleHistory
-    mirror: MapSide | None = None
-    denial: ScaleEstimate | None = None
+    mirror: PreparedMap | None = None
+    scale_conflict: ScaleEstimate | None = None
     name: str = ''
     log_prior: float = 0.0
 
@@ -89,10 +89,10 @@ class Floorplan:
             working = prepare_plan(rescaled(grid, factor), config)
             rooms = rescaled_rooms(working.segmentation, 1.0 / factor)
             given = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
-            nominal = plan_side(replace(rooms, grid=given))
+            nominal = prepared_plan(replace(rooms, grid=given))
         scale = ScaleHistory.begun(policy, config.pose, estimate)
-        denial = None if policy == 'unknown' else denied_scale(working, config)
-        return cls(grid, nominal, working, factor, scale, denial=denial)
+        scale_conflict = None if policy == 'unknown' else denied_scale(working, config)
+        return cls(grid, nominal, working, factor, scale, scale_conflict=scale_conflict)
 
     @property
     def half_area_m2(self) -> float:
@@ -103,18 +103,20 @@ class Floorplan:
         """Return the floorplan with its ``mirror``."""
         if self.mirror is not None:
             return self
-        return replace(self, mirror=plan_side(mirrored_rooms(self.working.segmentation)))
+        return replace(self, mirror=prepared_plan(mirrored_rooms(self.working.segmentation)))
 
-    def after(self, belief: Belief, walls: NDArray[np.float64]) -> Floorplan:
+    def after(self, estimate: LocalizationState, walls: NDArray[np.float64]) -> Floorplan:
         """
         Return the floorplan with what a tick tells of its scale: claims measure it.
 
         ``walls (P, 2)`` are those of the submap. Being ambiguous again says nothing.
         """
-        if belief.status is Status.LOCALIZED and belief.best is not None:
-            A_plan_submap = belief.best.A_plan_submap
-            return replace(self, scale=self.scale.followed(A_plan_submap, walls, belief.bend_m))
-        is_open = belief.status is Status.AMBIGUOUS
+        if estimate.status is Status.LOCALIZED and estimate.best is not None:
+            A_plan_submap = estimate.best.A_plan_submap
+            return replace(
+                self, scale=self.scale.followed(A_plan_submap, walls, estimate.deformation_m)
+            )
+        is_open = estimate.status is Status.AMBIGUOUS
         return self if is_open else replace(self, scale=self.scale.forgotten())
 
     def to_working(self, T_plan_base: SE2) -> SE2:
@@ -135,13 +137,13 @@ class Floorplan:
         nominal: Placements = A_nominal_working @ estimates
         return nominal
 
-    def nominal_spread(self, spread: PoseSpread) -> PoseSpread:
+    def nominal_covariance(self, covariance: PoseCovariance) -> PoseCovariance:
         """Return how far a pose in working metres may be off in nominal ones."""
         smaller = np.diag([1.0 / self.factor, 1.0 / self.factor, 1.0])
-        growth = spread.growth
+        growth = covariance.growth
         return replace(
-            spread,
-            cov=smaller @ spread.cov @ smaller,
+            covariance,
+            cov=smaller @ covariance.cov @ smaller,
             growth=replace(
                 growth,
                 position_per_s=growth.position_per_s / self.factor,
@@ -155,8 +157,8 @@ class Floorplan:
         return found and replace(found, stretch=found.stretch / self.factor)
 
 
-def denied_scale(plan: MapSide, config: FpnetConfig) -> ScaleEstimate | None:
+def denied_scale(plan: PreparedMap, config: FpnetConfig) -> ScaleEstimate | None:
     """Return what a plan's rooms, doors and walls say of its scale where they deny it, or None."""
     rooms = plan.segmentation
     told = told_scale(rooms.grid, rooms, config.segmentation)
-    return told if told.is_denial else None
+    return told if told.is_scale_conflict else None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
-from fpnet_core.judging.judge import WORD
+from fpnet_core.scoring.scorer import WORD
 
 _log = logging.getLogger(__name__)
 

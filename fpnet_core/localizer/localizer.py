@@ -21,19 +21,19 @@ from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.io.scans import Scan
-from fpnet_core.judging import WORD, Judge
-from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
-from fpnet_core.localizer.continuity import Break, Continuity, KnownWalls
-from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.sides import StageTimer
-from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_state, write_state
+from fpnet_core.localizer.odometry_monitor import KnownWalls, OdometryMonitor, OdometryReset
+from fpnet_core.localizer.prepared_maps import StageTimer
+from fpnet_core.localizer.state import SavedState, plan_fingerprint, read_state, write_state
 from fpnet_core.localizer.storeys import StoreyPlan, check_weights, prepared_storeys
-from fpnet_core.localizer.tick import tick
-from fpnet_core.localizer.tick_state import Seen, TickState
+from fpnet_core.localizer.update import update
+from fpnet_core.localizer.update_state import Observation, UpdateState
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import MapEvidence, MapSide
+from fpnet_core.pose import MapEvidence, PreparedMap
+from fpnet_core.scoring import WORD, PlacementScorer
+from fpnet_core.scoring.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import SubmapBuilder
@@ -56,12 +56,10 @@ class Localizer:
     """
     Finds the robot on a floorplan from registered scans.
 
-    All that is decided is decided by :func:`fpnet_core.localizer.tick.tick`, a function of values;
-    this is the shell that holds its state between calls. Every method may be called from any
-    thread: ``add_scan`` is cheap and does not wait for a ``tick`` that is at work, and a tick that
-    something has overtaken (another plan or odometry frame, a word on where the robot is) is
-    thrown away. Given the same calls in the same order the outputs are the same, so a recording
-    replays identically offline.
+    :func:`fpnet_core.localizer.update.update`, a function of values, makes all decisions; this
+    object holds their state between calls. Every method may be called from any thread:
+    ``add_scan`` never waits for a running ``update``, and an update whose floorplan, odometry
+    frame or hint changes while it runs is discarded. The same calls give the same outputs.
 
     Parameters
     ----------
@@ -71,22 +69,23 @@ class Localizer:
 
     def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
         self._config = config
-        self._finder = Finder(matcher, Judge.configured(config.localizer), config)
+        scorer = PlacementScorer.configured(config.localizer)
+        self._global_localizer = GlobalLocalizer(matcher, scorer, config)
         self._ticking = threading.Lock()  # one tick after the other: matchers are not shared
         self._lock = threading.Lock()  # of all that follows, held for moments only
         self._builder = SubmapBuilder(config.submap)
         self._mount = MountVotes()
-        self._continuity = Continuity(config.localizer)
+        self._monitor = OdometryMonitor(config.localizer)
         self._broken = '', 0  # why and when the last new odometry frame began
         self._submap: Submap | None = None
-        self._state = TickState()
+        self._state = UpdateState()
         self._is_solved = False  # a tick has seen all that there is
-        self._restored: LocalizerState | None = None  # until its floorplan has come
+        self._restored: SavedState | None = None  # until its floorplan has come
         self._said = Snapshot(LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN))
         self._walls = KnownWalls()
 
     @property
-    def plan(self) -> MapSide | None:
+    def plan(self) -> PreparedMap | None:
         """The prepared floorplan in nominal metres, None before the first one."""
         plan = self._state.plan
         return None if plan is None else plan.nominal
@@ -164,7 +163,7 @@ class Localizer:
         with self._lock:
             look = self._builder.look(points, pose, viewpoints)
             is_placed = self._said.output.A_plan_odom is not None
-            broken = self._continuity.check(
+            broken = self._monitor.check(
                 stamp_ns, pose, look.body_xy, self._known(), knows_all=is_placed
             )
             if broken is not None:
@@ -172,9 +171,9 @@ class Localizer:
                 look = self._builder.look(points, pose, viewpoints)
             self._builder.add(look, stamp_ns)
             self._mount.look(Scan(stamp_ns, points, T_odom_sensor=pose))
-            self._continuity.go_on_from(stamp_ns, pose)
+            self._monitor.go_on_from(stamp_ns, pose)
 
-    def tick(self, now_ns: int) -> LocalizerOutput:
+    def update(self, now_ns: int) -> LocalizerOutput:
         """
         Segment, match, verify and decide on what has been seen so far.
 
@@ -187,13 +186,14 @@ class Localizer:
             with self._lock:
                 with timer.stage('take'):
                     taken = self._builder.take()
-                state, last = self._state, self._continuity.last
+                state, last = self._state, self._monitor.last
                 if taken is None and self._is_solved:
                     return self._said.output
                 self._submap = taken or self._submap
                 T_odom_sensor = None if last is None else last[1]
-                seen = Seen(now_ns, self._submap, T_odom_sensor, self._mount.is_upside_down)
-            after, output = tick(state, seen, self._finder, timer)
+                is_hung = self._mount.is_upside_down
+                observation = Observation(now_ns, self._submap, T_odom_sensor, is_hung)
+            after, output = update(state, observation, self._global_localizer, timer)
             with self._lock:
                 if state is self._state:  # else it was overtaken
                     self._keep(after, output)
@@ -207,7 +207,7 @@ class Localizer:
     def relocalize(self) -> None:
         """Forget every placement and claim; plan and submap stay."""
         with self._lock:
-            self._begin(self._state.without_claim())
+            self._begin(self._state.unlocalized())
 
     def suggest(self, hint: PoseHint) -> None:
         """
@@ -218,13 +218,13 @@ class Localizer:
         stands unless they agree with the word rather.
         """
         with self._lock:
-            is_claimed = self._said.output.status is Status.LOCALIZED
-            state = self._state if is_claimed else self._state.without_claim()
-            told = state.told(hint)
-            if told.standing.is_claimed:
-                self._state, self._is_solved = told, False
+            is_accepted = self._said.output.status is Status.LOCALIZED
+            state = self._state if is_accepted else self._state.unlocalized()
+            hinted = state.with_hint(hint)
+            if hinted.track.is_accepted:
+                self._state, self._is_solved = hinted, False
             else:
-                self._begin(told)
+                self._begin(hinted)
 
     def follow(self, thresholds: LocalizerConfig) -> None:
         """
@@ -234,8 +234,8 @@ class Localizer:
         """
         with self._lock:
             self._config = self._config.model_copy(update={'localizer': thresholds})
-            self._finder = replace(self._finder, config=self._config)
-            self._continuity.follow(thresholds)
+            self._global_localizer = replace(self._global_localizer, config=self._config)
+            self._monitor.follow(thresholds)
 
     def suggest_storey(self, weights: Mapping[str, float]) -> None:
         """
@@ -272,7 +272,7 @@ class Localizer:
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""
         with self._lock:
-            self._continuity.expect_new_frame()
+            self._monitor.expect_new_frame()
 
     def save_state(self, path: Path | str, odometry: str = '') -> None:
         """
@@ -286,12 +286,12 @@ class Localizer:
             If there was no scan yet, or the file cannot be written.
         """
         with self._lock:
-            if self._continuity.last is None:
+            if self._monitor.last is None:
                 raise StateError('nothing to save: no scan has come yet')
             plan = self._state.plan
-            saved = LocalizerState(
+            saved = SavedState(
                 self._config.submap.resolution_m,
-                *self._continuity.last,
+                *self._monitor.last,
                 self._state.tracked,
                 '' if plan is None else plan_fingerprint(plan.given),
                 self._builder.arrays(),
@@ -327,18 +327,18 @@ class Localizer:
         with self._lock:
             self._start_anew()
             self._builder, self._restored = builder, saved
-            self._continuity.go_on_from(saved.stamp_ns, saved.T_odom_sensor)
+            self._monitor.go_on_from(saved.stamp_ns, saved.T_odom_sensor)
         return saved.odometry
 
     def _known(self) -> MapEvidence | None:
         """Return the walls that are known where the robot was last."""
-        said, last, recent = self._said, self._continuity.last, self._builder.recent_xy
+        said, last, recent = self._said, self._monitor.last, self._builder.recent_xy
         if last is None:
             return None
         drawn = None if said.plan is None else said.plan.nominal.evidence.walls
         return self._walls.around(last[1][:2, 3], recent, drawn, said.output.A_plan_odom)
 
-    def _keep(self, state: TickState, output: LocalizerOutput) -> None:
+    def _keep(self, state: UpdateState, output: LocalizerOutput) -> None:
         """Take what a tick has led to."""
         self._state, self._is_solved = state, True
         if state.is_elsewhere:
@@ -349,7 +349,7 @@ class Localizer:
             on = (plan for plan in state.storeys if plan.name == output.storey)
             self._said = Snapshot(output, next(on, state.plan))
 
-    def _bridge(self, broken: Break, stamp_ns: int, pose: NDArray[np.float64]) -> None:
+    def _bridge(self, broken: OdometryReset, stamp_ns: int, pose: NDArray[np.float64]) -> None:
         """
         Start anew, with the placements where they would be in the new frame.
 
@@ -374,15 +374,15 @@ class Localizer:
                 hint = PoseHint(
                     T_plan_sensor, T_odom_sensor, storey=said.storey, log_odds=log_odds
                 )
-                self._state = self._state.told(hint)
+                self._state = self._state.with_hint(hint)
 
     def _start_anew(self, why: str = '') -> None:
         self._builder.reset()
         self._submap = self._restored = None
-        self._continuity.forget()
+        self._monitor.forget()
         self._begin(self._state.without_submap(), anew(why) if why else NOT_LOOKED)
 
-    def _begin(self, state: TickState, why: str = NOT_LOOKED) -> None:
+    def _begin(self, state: UpdateState, why: str = NOT_LOOKED) -> None:
         """Go on from a state without claims: a tick at work is overtaken, its output outdated."""
         self._state, self._is_solved = state, False
         status, why = (Status.NO_PLAN, NO_PLAN) if state.plan is None else (Status.WAITING, why)
@@ -390,7 +390,7 @@ class Localizer:
         self._said = Snapshot(output, state.plan)
 
 
-def _remembering(state: TickState, saved: LocalizerState) -> TickState:
+def _remembering(state: UpdateState, saved: SavedState) -> UpdateState:
     """Return the beginning on floorplans, of which a saved localizer may have known one."""
     known = [plan for plan in state.storeys if plan_fingerprint(plan.given) == saved.plan]
     if not known:

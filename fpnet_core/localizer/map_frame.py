@@ -86,7 +86,7 @@ class MapFrame:
             return None
         base = SE2.from_matrix4(T_odom_base)
         T_map_odom = self.T_map_odom(output.A_plan_odom, base.translation)
-        cov = output.covariance(T_odom_base, stamp_ns)
+        cov = output.covariance_at(T_odom_base, stamp_ns)
         cov = None if cov is None else self.covariance(cov)
         return Located(T_plan_base, T_map_odom @ base, T_map_odom, cov)
 

@@ -13,13 +13,13 @@ from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
-from fpnet_core.localizer.finder import Comparison, Finder, Question
+from fpnet_core.localizer.global_localizer import Candidates, GlobalLocalizer, MatchQuery
+from fpnet_core.localizer.prepared_maps import StageTimer, prepared_plan
 from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
-from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.pose import PreparedMap, map_evidence
 from fpnet_core.raster.windows import window_of
+from fpnet_core.scoring import Circumstances, PlacementScorer, Posterior, reason_of
 from fpnet_core.segmentation import (
     STATED_SCALE,
     ScaleEstimate,
@@ -40,7 +40,7 @@ class MapMatchStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class CutMap:
+class SegmentedMap:
     """
     A map cut into rooms, in its nominal metres, and what is known of its scale.
 
@@ -62,7 +62,7 @@ class MapMatch:
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
     ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
+    against all others and against none of them (see :mod:`fpnet_core.scoring`); ``reason`` says in
     one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
     from rooms and doors; ``search`` are the scales that were tried between them, ``area_m2`` is
     the robot's free space, and ``sub_is_stated`` says that its map is in metres. ``storey`` is the
@@ -74,9 +74,9 @@ class MapMatch:
     A_best: Affine2D | None
     score: float
     probability: float
-    plan: MapSide
-    sub: MapSide
-    comparison: Comparison
+    plan: PreparedMap
+    sub: PreparedMap
+    candidates: Candidates
     search: ScaleSearch
     area_m2: float
     sub_is_stated: bool
@@ -90,7 +90,7 @@ class MapMatch:
         return None if self.A_best is None else self.A_best.scale
 
 
-def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
+def segment_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> SegmentedMap:
     """
     Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
 
@@ -105,7 +105,7 @@ def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> Cut
     return _with_rooms(*segment_unknown_scale(grid, config.segmentation), False)
 
 
-def cut_of(reading: Reading, config: FpnetConfig) -> CutMap:
+def cut_of(reading: Reading, config: FpnetConfig) -> SegmentedMap:
     """
     Return the rooms of a drawing that was read, at the scale that was read.
 
@@ -115,29 +115,31 @@ def cut_of(reading: Reading, config: FpnetConfig) -> CutMap:
         If it holds no room.
     """
     if reading.estimate is None and config.localizer.scale_policy == 'unknown':
-        return cut_plan(reading.grid, config)
+        return segment_plan(reading.grid, config)
     segmentation = reading.segmented(config.segmentation)
     scale = reading.estimate or STATED_SCALE
     return _with_rooms(segmentation, scale, reading.scale.is_known)
 
 
-def _with_rooms(segmentation: Segmentation, scale: ScaleEstimate, is_stated: bool) -> CutMap:
+def _with_rooms(segmentation: Segmentation, scale: ScaleEstimate, is_stated: bool) -> SegmentedMap:
     if not segmentation.rooms:
         raise MapFormatError(
             f'the floorplan holds no room ({segmentation.reason}); check that free space is '
             'drawn light and walls dark'
         )
-    return CutMap(segmentation, scale, is_stated, 0.0)
+    return SegmentedMap(segmentation, scale, is_stated, 0.0)
 
 
-def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
+def segment_robot_map(
+    submap: Submap, config: FpnetConfig, is_metric: bool = False
+) -> SegmentedMap:
     """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
     trimmed = _trimmed(submap)
     if is_metric:
         segmentation, scale = segment_submap(trimmed), STATED_SCALE
     else:
         segmentation, scale = segment_unknown_scale(trimmed, config.segmentation)
-    return CutMap(segmentation, scale, is_metric, submap.free_area_m2)
+    return SegmentedMap(segmentation, scale, is_metric, submap.free_area_m2)
 
 
 def match_maps(
@@ -166,15 +168,17 @@ def match_maps(
             if isinstance(plan, Reading):
                 plan_cut = cut_of(plan, config)
             else:
-                plan_cut = cut_plan(plan, config, plan_is_metric)
+                plan_cut = segment_plan(plan, config, plan_is_metric)
         with timer.stage('segment_submap'):
-            sub_cut = cut_robot_map(submap, config, sub_is_metric)
-        finder = Finder(matcher, Judge.configured(config.localizer), config)
-        return match_cuts(plan_cut, sub_cut, finder, timer)
+            sub_cut = segment_robot_map(submap, config, sub_is_metric)
+        global_localizer = GlobalLocalizer(
+            matcher, PlacementScorer.configured(config.localizer), config
+        )
+        return match_segmented(plan_cut, sub_cut, global_localizer, timer)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ScaledPair(Question):
+class ScaledPair(MatchQuery):
     """
     Both maps in metres, as stated or as far as rooms and doors tell, and the scales to try.
 
@@ -185,11 +189,11 @@ class ScaledPair(Question):
     sub_factor: float
 
 
-def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
+def scaled_pair(plan: SegmentedMap, sub: SegmentedMap, config: FpnetConfig) -> ScaledPair:
     """Bring a plan and a robot's map to metres."""
     plan_factor, sub_factor = plan.scale.factor, sub.scale.factor
     return ScaledPair(
-        plan_side(rescaled_rooms(plan.segmentation, plan_factor)),
+        prepared_plan(rescaled_rooms(plan.segmentation, plan_factor)),
         _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
         sub.free_area_m2 * sub_factor**2,
         _search(plan, sub, config),
@@ -199,29 +203,32 @@ def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
 
 
 def match_storeys(
-    plans: Mapping[str, CutMap], sub: CutMap, finder: Finder, timer: StageTimer
+    plans: Mapping[str, SegmentedMap],
+    sub: SegmentedMap,
+    global_localizer: GlobalLocalizer,
+    timer: StageTimer,
 ) -> dict[str, MapMatch]:
     """
     Place a robot's map on the storeys of a site, by name: the most probable storey first.
 
     Their probabilities exclude each other, and a match on one is sure of the storey, too.
     """
-    found = {name: _compared(plan, sub, finder, timer) for name, plan in plans.items()}
-    ranked = sorted(found, key=lambda name: -found[name][1].verdict.best)
-    verdicts = [found[name][1].verdict for name in ranked]
-    if len(verdicts) > 1:
-        even, fresh = [0.0] * len(verdicts), [True] * len(verdicts)
-        verdicts = finder.judge.among_storeys(verdicts, even, fresh)
-    told = dict(zip(ranked, verdicts, strict=True))
+    found = {name: _compared(plan, sub, global_localizer, timer) for name, plan in plans.items()}
+    ranked = sorted(found, key=lambda name: -found[name][1].posterior.best)
+    posteriors = [found[name][1].posterior for name in ranked]
+    if len(posteriors) > 1:
+        even, fresh = [0.0] * len(posteriors), [True] * len(posteriors)
+        posteriors = global_localizer.scorer.among_storeys(posteriors, even, fresh)
+    told = dict(zip(ranked, posteriors, strict=True))
     order = sorted(ranked, key=lambda name: -told[name].best)
     return {
         name: _told(
             found[name][0],
-            replace(found[name][1], verdict=told[name]),
+            replace(found[name][1], posterior=told[name]),
             sub.is_stated,
-            finder.config,
+            global_localizer.config,
             timer,
-            _standing(name, order, told),
+            _track(name, order, told),
         )
         for name in order
     }
@@ -235,43 +242,45 @@ class _Storeys:
     rival: tuple[str, float, float] | None = None
 
 
-def _standing(name: str, order: Sequence[str], told: Mapping[str, Verdict]) -> _Storeys:
+def _track(name: str, order: Sequence[str], told: Mapping[str, Posterior]) -> _Storeys:
     others = [each for each in order if each != name and len(told[each].evidence)]
     if len(order) == 1:
         return _Storeys()
     if not others:
         return _Storeys(name)
-    verdict = told[others[0]]
-    return _Storeys(name, (others[0], float(verdict.evidence.of('support')[0]), verdict.best))
+    posterior = told[others[0]]
+    return _Storeys(name, (others[0], float(posterior.evidence.of('support')[0]), posterior.best))
 
 
-def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> MapMatch:
+def match_segmented(
+    plan: SegmentedMap, sub: SegmentedMap, global_localizer: GlobalLocalizer, timer: StageTimer
+) -> MapMatch:
     """Place a robot's map on a plan; both have been cut into rooms."""
-    pair, comparison = _compared(plan, sub, finder, timer)
-    return _told(pair, comparison, sub.is_stated, finder.config, timer)
+    pair, candidates = _compared(plan, sub, global_localizer, timer)
+    return _told(pair, candidates, sub.is_stated, global_localizer.config, timer)
 
 
 def _compared(
-    plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer
-) -> tuple[ScaledPair, Comparison]:
+    plan: SegmentedMap, sub: SegmentedMap, global_localizer: GlobalLocalizer, timer: StageTimer
+) -> tuple[ScaledPair, Candidates]:
     with timer.stage('evidence'):
-        pair = scaled_pair(plan, sub, finder.config)
-    return pair, finder.find(pair, timer)
+        pair = scaled_pair(plan, sub, global_localizer.config)
+    return pair, global_localizer.find(pair, timer)
 
 
 def _told(
     pair: ScaledPair,
-    comparison: Comparison,
+    candidates: Candidates,
     sub_is_stated: bool,
     config: FpnetConfig,
     timer: StageTimer,
     storeys: _Storeys = _Storeys(),
 ) -> MapMatch:
-    """Return what may be said of a comparison."""
-    status = _status(comparison.verdict, config)
+    """Return what may be said of a candidates."""
+    status = _status(candidates.posterior, config)
     best, score, probability = None, 0.0, 0.0
-    if comparison.estimates:
-        first = comparison.estimates[0]
+    if candidates.estimates:
+        first = candidates.estimates[0]
         A, score, probability = first.A_plan_submap, first.score, first.probability
         factor = pair.plan_factor
         best = Affine2D(A.linear * (pair.sub_factor / factor), A.translation / factor)
@@ -283,27 +292,27 @@ def _told(
         probability=probability,
         plan=pair.plan,
         sub=pair.sub,
-        comparison=comparison,
+        candidates=candidates,
         search=pair.search,
         area_m2=pair.area_m2,
         sub_is_stated=sub_is_stated,
         timings_ms=timer.timings_ms,
-        reason=_reason(comparison.verdict, pair, status, config, storeys),
+        reason=_reason(candidates.posterior, pair, status, config, storeys),
         storey=storeys.name,
     )
 
 
-def _search(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaleSearch:
+def _search(plan: SegmentedMap, sub: SegmentedMap, config: FpnetConfig) -> ScaleSearch:
     """Return the scales to try: what was stated is trusted, estimates as far as they go."""
     if plan.is_stated and sub.is_stated:
         return first_search(config.localizer.scale_policy, config.pose)
     return estimated_search(plan.scale, sub.scale, config.pose)
 
 
-def _submap_side(segmentation: Segmentation) -> MapSide:
+def _submap_side(segmentation: Segmentation) -> PreparedMap:
     """Return graph and evidence of a segmented map, which may hold no region at all."""
     graph = build_region_graph(segmentation, 'submap')
-    return MapSide(segmentation, graph, map_evidence(segmentation.grid))
+    return PreparedMap(segmentation, graph, map_evidence(segmentation.grid))
 
 
 def _trimmed(submap: Submap) -> Submap:
@@ -315,7 +324,7 @@ def _trimmed(submap: Submap) -> Submap:
 
 
 def _reason(
-    verdict: Verdict,
+    posterior: Posterior,
     pair: ScaledPair,
     status: MapMatchStatus,
     config: FpnetConfig,
@@ -326,18 +335,18 @@ def _reason(
         config.localizer.match_probability,
         pair.sub.evidence.corners,
         pair.search.bounds,
-        is_claimed=status is MapMatchStatus.MATCHED,
+        is_accepted=status is MapMatchStatus.MATCHED,
         storey=storeys.name,
         rival_storey=storeys.rival,
         unseen_m=pair.plan.evidence.unseen_wall_m(pair.area_m2),
     )
-    return reason_of(verdict, look)
+    return reason_of(posterior, look)
 
 
-def _status(verdict: Verdict, config: FpnetConfig) -> MapMatchStatus:
+def _status(posterior: Posterior, config: FpnetConfig) -> MapMatchStatus:
     """Return what may be said."""
-    if verdict.best + verdict.elsewhere <= verdict.none + verdict.foreign:
+    if posterior.best + posterior.elsewhere <= posterior.none + posterior.foreign:
         return MapMatchStatus.UNMATCHED
-    if verdict.best < config.localizer.match_probability:
+    if posterior.best < config.localizer.match_probability:
         return MapMatchStatus.AMBIGUOUS
     return MapMatchStatus.MATCHED

@@ -60,7 +60,7 @@ class ReplayResult:
 def replay(
     scans: Iterable[Scan],
     localizer: Localizer,
-    tick_period_s: float,
+    update_period_s: float,
     register: Register | None = None,
     on_scan: Callable[[], None] = lambda: None,
 ) -> ReplayResult:
@@ -72,7 +72,7 @@ def replay(
     FpnetError
         The last one, if every scan was refused.
     """
-    run = Replay(scans, localizer, tick_period_s, register, on_scan)
+    run = Replay(scans, localizer, update_period_s, register, on_scan)
     for _ in run:
         pass
     return run.result()
@@ -90,7 +90,7 @@ class Replay:
     ----------
     scans : in time order; those without ``T_odom_sensor`` go through ``register``
     localizer : with its plan set
-    tick_period_s : sensor time between two ticks
+    update_period_s : sensor time between two ticks
     register : odometry for scans that bring no pose; None where all of them do
     on_scan : called after each scan, for progress bars
     registers_all : scans with poses go through ``register``, too, which may take them as a guess
@@ -106,14 +106,14 @@ class Replay:
         self,
         scans: Iterable[Scan],
         localizer: Localizer,
-        tick_period_s: float,
+        update_period_s: float,
         register: Register | None,
         on_scan: Callable[[], None] = lambda: None,
         registers_all: bool = False,
         map_bytes: float = math.inf,
     ) -> None:
         self._registers_all = registers_all
-        self._run = _Run(localizer, int(tick_period_s * NS_PER_S), KeptOutputs(map_bytes))
+        self._run = _Run(localizer, int(update_period_s * NS_PER_S), KeptOutputs(map_bytes))
         self._outputs = self._follow(scans, register, on_scan)
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
@@ -163,7 +163,7 @@ class _Run:
     path: KeptPoses = field(default_factory=KeptPoses)
     add_ms: array[float] = field(default_factory=lambda: array('d'))
     refused: Counter[str] = field(default_factory=Counter)
-    next_tick_ns: int | None = None
+    next_update_ns: int | None = None
 
     def take(self, stamp_ns: int, sweep: RegisteredSweep) -> bool:
         """Add a scan, and tell whether a tick followed it."""
@@ -171,14 +171,14 @@ class _Run:
         self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
         self.add_ms.append(1e3 * (time.perf_counter() - start))
         self.path.append(stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor))
-        if self.next_tick_ns is None or stamp_ns < self.next_tick_ns - 2 * self.period_ns:
-            self.next_tick_ns = stamp_ns + self.period_ns
-        if is_due := stamp_ns >= self.next_tick_ns:
-            self.tick(stamp_ns)
-            self.next_tick_ns = stamp_ns + self.period_ns
+        if self.next_update_ns is None or stamp_ns < self.next_update_ns - 2 * self.period_ns:
+            self.next_update_ns = stamp_ns + self.period_ns
+        if is_due := stamp_ns >= self.next_update_ns:
+            self.update(stamp_ns)
+            self.next_update_ns = stamp_ns + self.period_ns
         output = self.localizer.output
         pose = output.pose(sweep.T_odom_sensor)
-        cov = output.covariance(sweep.T_odom_sensor, stamp_ns)
+        cov = output.covariance_at(sweep.T_odom_sensor, stamp_ns)
         if pose is not None and cov is not None:
             self.published.append(stamp_ns, pose)
             self.covariances.extend(cov.flat)
@@ -196,8 +196,8 @@ class _Run:
         if (refused := self.refused.total()) > len(self.refused):
             _log.warning('%d of %d scans were refused', refused, refused + len(self.path))
 
-    def tick(self, stamp_ns: int) -> None:
-        self.outputs.append(self.localizer.tick(stamp_ns))
+    def update(self, stamp_ns: int) -> None:
+        self.outputs.append(self.localizer.update(stamp_ns))
         _log_change(self.outputs.newest, self.path.first_ns)
 
     def finish(self) -> bool:
@@ -206,7 +206,7 @@ class _Run:
             return False
         is_late = all(o.stamp_ns < self.path.last_ns for o in self.outputs.newest[-1:])
         if is_late:
-            self.tick(self.path.last_ns)
+            self.update(self.path.last_ns)
         return is_late
 
     def result(self) -> ReplayResult:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig, ScalePolicy
 from fpnet_core.geometry import Affine2D, scale_of
-from fpnet_core.judging.reasons import AT_EDGE
-from fpnet_core.pose import Freedom
+from fpnet_core.pose import AlignmentPrior
+from fpnet_core.scoring.reasons import AT_EDGE
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import PlanScale
 
@@ -47,16 +47,16 @@ class ScaleSearch:
     """
     The stretches to try, and how far refinement may leave each.
 
-    ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``strain_sigma`` is the
-    standard deviation of what refinement adds. ``bounds`` are the smallest and largest mean scale
-    that a placement may have. ``misstated`` is what is tried beyond them where nothing within them
-    is claimed, at ``log_odds`` [nats] of a stated scale being so far off.
+    ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``anisotropy_sigma`` is
+    the standard deviation of what refinement adds. ``bounds`` are the smallest and largest mean
+    scale that a placement may have. ``wide_scales`` is what is tried beyond them where nothing
+    within them is accepted, at ``log_odds`` [nats] of a stated scale being so far off.
     """
 
     stretches: Array
-    strain_sigma: float
+    anisotropy_sigma: float
     bounds: tuple[float, float] = (0.0, np.inf)
-    misstated: ScaleSearch | None = None
+    wide_scales: ScaleSearch | None = None
     log_odds: float = 0.0
 
     def __len__(self) -> int:
@@ -64,10 +64,10 @@ class ScaleSearch:
         return len(self.stretches)
 
     @property
-    def freedom(self) -> Freedom:
+    def alignment_prior(self) -> AlignmentPrior:
         """How far refinement may leave what is tried."""
         known = self.stretches[0] if len(self) == 1 else None
-        return Freedom(self.strain_sigma, known, self.bounds)
+        return AlignmentPrior(self.anisotropy_sigma, known, self.bounds)
 
     @property
     def factors(self) -> Array:
@@ -82,7 +82,7 @@ class ScaleSearch:
     @property
     def as_stated(self) -> ScaleSearch:
         """Return the search that does not doubt what was stated."""
-        return replace(self, misstated=None)
+        return replace(self, wide_scales=None)
 
     def is_within(self, scale: Array | float) -> NDArray[np.bool_]:
         """Tell whether mean scales ``(C,)``, or one, lie within the bounds, not held there."""
@@ -90,9 +90,9 @@ class ScaleSearch:
         return np.asarray((scale > low * (1.0 + AT_EDGE)) & (scale < high / (1.0 + AT_EDGE)))
 
     @classmethod
-    def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:
+    def of_factors(cls, factors: Array, anisotropy_sigma: float) -> ScaleSearch:
         """Return the search of isotropic scales ``factors (L,)``."""
-        return cls(factors[:, None, None] * np.eye(2), strain_sigma)
+        return cls(factors[:, None, None] * np.eye(2), anisotropy_sigma)
 
 
 def allowed_scales(scale_tolerance: float) -> Array:
@@ -104,7 +104,7 @@ def allowed_scales(scale_tolerance: float) -> Array:
 def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
     """Return the search of all scales within a tolerance around 1, and of none beyond."""
     factors = allowed_scales(scale_tolerance)
-    search = ScaleSearch.of_factors(factors, config.strain_sigma)
+    search = ScaleSearch.of_factors(factors, config.anisotropy_sigma)
     return replace(search, bounds=(float(factors[0]), float(factors[-1])))
 
 
@@ -115,7 +115,7 @@ def doubting(search: ScaleSearch, config: PoseConfig) -> ScaleSearch:
     if reach <= tolerated:
         return search
     within, in_reach = (np.arctan(each / _STATED_SCATTER) for each in (tolerated, reach))
-    return replace(search, misstated=farthest, log_odds=float(np.log(in_reach / within - 1.0)))
+    return replace(search, wide_scales=farthest, log_odds=float(np.log(in_reach / within - 1.0)))
 
 
 def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig) -> ScaleSearch:
@@ -132,7 +132,7 @@ def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig
         for reach in (smaller, larger)
     )
     factors = np.exp(_SCALE_STEP * np.arange(-down, up + 1))
-    return ScaleSearch.of_factors(factors, config.strain_sigma)
+    return ScaleSearch.of_factors(factors, config.anisotropy_sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ class ScaleHistory:
     is_fixed: bool = False
     seen: tuple[Array, ...] = ()
     estimate: PlanScale | None = None
-    is_misstated: bool = False
+    is_beyond_stated: bool = False
 
     @classmethod
     def begun(
@@ -177,8 +177,8 @@ class ScaleHistory:
         """What the next tick should try."""
         if self.estimate is not None and self.estimate.is_locked:
             return ScaleSearch(self.estimate.stretch[None], _KNOWN_STRAIN)
-        if self.is_misstated and self.first.misstated is not None:
-            return self.first.misstated
+        if self.is_beyond_stated and self.first.wide_scales is not None:
+            return self.first.wide_scales
         return self.first
 
     @property
@@ -200,7 +200,7 @@ class ScaleHistory:
         sigma, is_locked = (0.0, False) if self.estimate is None else (
             self.estimate.sigma, self.estimate.is_locked
         )  # fmt: skip
-        return {'seen': seen, 'known': np.array([sigma, is_locked, self.is_misstated], float)}
+        return {'seen': seen, 'known': np.array([sigma, is_locked, self.is_beyond_stated], float)}
 
     @staticmethod
     def check(arrays: dict[str, Array]) -> None:
@@ -220,29 +220,32 @@ class ScaleHistory:
         seen = tuple(arrays['seen'] * factor) if arrays else ()
         if self.is_fixed or not seen:
             return self
-        sigma, is_locked, is_misstated = arrays['known']
+        sigma, is_locked, is_beyond_stated = arrays['known']
         estimate = PlanScale(np.mean(seen, axis=0), float(sigma), bool(is_locked))
-        return replace(self, seen=seen, estimate=estimate, is_misstated=bool(is_misstated))
+        return replace(self, seen=seen, estimate=estimate, is_beyond_stated=bool(is_beyond_stated))
 
-    def followed(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> ScaleHistory:
+    def followed(
+        self, A_plan_submap: Affine2D, walls: Array, deformation_m: float = 0.0
+    ) -> ScaleHistory:
         """
         Return the history with a tick's claimed placement.
 
         ``walls (P, 2)`` are the submap's [m]: the wider they lie, the better they measure.
-        ``bend_m`` is how far the drawing had to bend under the placement: what is off here and
-        there by so much tells the scale of the whole no better.
+        ``deformation_m`` is how far the drawing is deformed under the placement: local errors
+        of that size limit how well the scale of the whole can be known.
         """
         if self.is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return self
         seen = (*self.seen, A_plan_submap.stretch)[-_LOCK_TICKS:]
         mean = np.mean(seen, axis=0)
-        off_m = max(_DRAWING_SIGMA_M, bend_m)
+        off_m = max(_DRAWING_SIGMA_M, deformation_m)
         sigma = max(_scatter(seen, mean), off_m / _extent_m(A_plan_submap, walls))
         return replace(
             self,
             seen=seen,
             estimate=PlanScale(mean, sigma, len(seen) == _LOCK_TICKS and sigma <= _LOCK_SIGMA),
-            is_misstated=self.is_misstated or not self.first.is_within(A_plan_submap.scale),
+            is_beyond_stated=self.is_beyond_stated
+            or not self.first.is_within(A_plan_submap.scale),
         )
 
 
@@ -256,7 +259,7 @@ def first_search(
 ) -> ScaleSearch:
     """Return the search that a policy begins with; ``unknown`` asks the plan's ``estimate``."""
     if policy == 'trusted':
-        return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.strain_sigma))
+        return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.anisotropy_sigma))
     if policy == 'approximate':
         return doubting(tolerant_search(config.scale_tolerance, config), config)
     return estimated_search(estimate, STATED_SCALE, config)

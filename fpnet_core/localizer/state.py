@@ -24,7 +24,7 @@ _VERSION = 3  # given
 
 
 @dataclass(frozen=True, eq=False)
-class LocalizerState:
+class SavedState:
     """
     A localizer between two scans.
 
@@ -67,7 +67,7 @@ def plan_fingerprint(grid: GridMap) -> str:
     return digest.hexdigest()
 
 
-def write_state(path: Path | str, state: LocalizerState) -> None:
+def write_state(path: Path | str, state: SavedState) -> None:
     """
     Write a state; a reader sees the old file or the new one, never half of it.
 
@@ -82,7 +82,7 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
 
 
-def read_state(path: Path | str) -> LocalizerState:
+def read_state(path: Path | str) -> SavedState:
     """
     Read a state.
 
@@ -92,7 +92,7 @@ def read_state(path: Path | str) -> LocalizerState:
         If the file is missing, damaged, or of another version.
     """
     try:
-        return from_arrays(LocalizerState, read_arrays(Path(path)))
+        return from_arrays(SavedState, read_arrays(Path(path)))
     except (OSError, ValueError) as error:
         raise StateError(
             f'{path} is not a saved state: {error}; remove it, or save the state again'

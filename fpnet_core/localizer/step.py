@@ -22,7 +22,7 @@ from scipy.special import logsumexp
 
 from fpnet_core.geometry import SE2, Placements, wrap_to_pi
 from fpnet_core.geometry.distinct import evenly_drawn, first_distinct
-from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose import AGAIN, RIGID_STRAIN, AlignmentPrior, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import COARSE_SIGMA_M
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ class ScanStep:
             f'jumped by {step_m:.2f} m' if step_m > self._sigma_m else f'is off by {off_m:.2f} m'
         )
 
-    def judged(
+    def scored(
         self,
         walls: MapEvidence | None,
         returns: Array,
@@ -132,8 +132,8 @@ class ScanStep:
         few = evenly_drawn(returns, _FEW)
         at_first = log_motion + nats * wall_support(walls, few, tried, COARSE_SIGMA_M)
         best = np.argsort(-at_first, kind='stable')[:_TRIED]
-        freedom = Freedom(RIGID_STRAIN, np.eye(2))
-        found = refine(walls, returns, tried.take(best), freedom, AGAIN)
+        alignment_prior = AlignmentPrior(RIGID_STRAIN, np.eye(2))
+        found = refine(walls, returns, tried.take(best), alignment_prior, AGAIN)
         log_p = self._log_motion(found) - all_of_them
         log_p = self._log_break + log_p + nats * wall_support(walls, returns, found)
         order = np.argsort(-log_p, kind='stable')

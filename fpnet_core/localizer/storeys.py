@@ -21,13 +21,13 @@ import numpy as np
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.judging import WORD, Evidence, Judge, Verdict
-from fpnet_core.judging.evidence import CONTEXT, FIGURES
-from fpnet_core.localizer.finder import Finder, Question
+from fpnet_core.localizer.cached_search import NEWS_GROWTH
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.search import NEWS_GROWTH
-from fpnet_core.localizer.sides import RobotXY, StageTimer
-from fpnet_core.pose import MapSide
+from fpnet_core.localizer.global_localizer import GlobalLocalizer, MatchQuery
+from fpnet_core.localizer.prepared_maps import RobotXY, StageTimer
+from fpnet_core.pose import PreparedMap
+from fpnet_core.scoring import WORD, Evidence, PlacementScorer, Posterior
+from fpnet_core.scoring.evidence import CONTEXT, FIGURES
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Segmentation, Submap
 
@@ -79,18 +79,18 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
                 f'storey {each.name!r}: {error}' if each.name else error
             ) from None
         plans.append(replace(plan, name=each.name))
-        if plan.denial is not None:
-            _warn_of(plan.denial, each)
+        if plan.scale_conflict is not None:
+            _warn_of(plan.scale_conflict, each)
     return plans
 
 
-def _warn_of(denial: ScaleEstimate, storey: StoreyPlan) -> None:
+def _warn_of(scale_conflict: ScaleEstimate, storey: StoreyPlan) -> None:
     stated_m = storey.grid.resolution
     logger.warning(
         '%s: %s, and %.3g is stated; measure one length of it, or have its scale estimated '
         '(localizer.scale_policy: unknown)',
         f'storey {storey.name!r}' if storey.name else 'the floorplan',
-        denial.said_at(stated_m),
+        scale_conflict.said_at(stated_m),
         stated_m,
     )
 
@@ -118,25 +118,27 @@ class OtherStorey:
 
     plan: Floorplan
     tracked: Placements = field(default_factory=Placements.empty)
-    verdict: Verdict | None = None
+    posterior: Posterior | None = None
     searched_m2: float = 0.0
 
     @property
     def probability(self) -> float:
         """Probability of all placements on it."""
-        return 0.0 if self.verdict is None else float(self.verdict.placements.probability.sum())
+        return (
+            0.0 if self.posterior is None else float(self.posterior.placements.probability.sum())
+        )
 
     @property
     def best(self) -> float:
         """Probability of the best placement on it."""
-        return 0.0 if self.verdict is None else self.verdict.best
+        return 0.0 if self.posterior is None else self.posterior.best
 
     @property
     def said(self) -> tuple[str, float, float]:
         """Its name, the share of the walls that its best placement explains, and its p."""
-        if self.verdict is None or not len(self.verdict.evidence):
+        if self.posterior is None or not len(self.posterior.evidence):
             return self.plan.name, 0.0, 0.0
-        return self.plan.name, float(self.verdict.evidence.of('support')[0]), self.best
+        return self.plan.name, float(self.posterior.evidence.of('support')[0]), self.best
 
     def is_searched(self, area_m2: float) -> bool:
         """Tell whether it was searched with as much as a claim takes."""
@@ -156,8 +158,8 @@ class StoreyLook:
     """
 
     submap: Submap
-    sub: MapSide
-    finder: Finder
+    sub: PreparedMap
+    global_localizer: GlobalLocalizer
     robot_xy: RobotXY
 
     def looked_at(
@@ -206,11 +208,11 @@ class StoreyLook:
     def _searched(self, storey: OtherStorey) -> OtherStorey:
         plan, area_m2 = storey.plan, self.submap.free_area_m2
         tracked = storey.tracked @ self.submap.T_odom_submap
-        found = self.finder.find(self._question(plan, tracked), StageTimer())
+        found = self.global_localizer.find(self._query(plan, tracked), StageTimer())
         return replace(
             storey,
             tracked=self._in_odom(found.estimates),
-            verdict=found.verdict,
+            posterior=found.posterior,
             searched_m2=area_m2,
         )
 
@@ -218,28 +220,28 @@ class StoreyLook:
         """Return the storey with its best placements on the walls that are seen now."""
         plan, tracked = storey.plan, storey.tracked.take(slice(_FOLLOWED))
         area_m2 = self.submap.free_area_m2
-        match = self.finder.matcher.match(plan.working.graph, self.sub.graph, area_m2)
-        asked = self._question(plan, tracked @ self.submap.T_odom_submap)
-        found = self.finder.follow(asked, match, StageTimer())
+        match = self.global_localizer.matcher.match(plan.working.graph, self.sub.graph, area_m2)
+        query = self._query(plan, tracked @ self.submap.T_odom_submap)
+        found = self.global_localizer.follow(query, match, StageTimer())
         tracked = self._in_odom(found.estimates)
-        return replace(storey, tracked=tracked, verdict=found.verdict)
+        return replace(storey, tracked=tracked, posterior=found.posterior)
 
-    def _question(self, plan: Floorplan, tracked: Placements) -> Question:
+    def _query(self, plan: Floorplan, tracked: Placements) -> MatchQuery:
         area_m2, search = self.submap.free_area_m2, plan.scale.search.as_stated
-        return Question(plan.working, self.sub, area_m2, search, tracked, self.robot_xy)
+        return MatchQuery(plan.working, self.sub, area_m2, search, tracked, self.robot_xy)
 
     def _in_odom(self, found: Placements) -> Placements:
         in_odom: Placements = found @ self.submap.T_odom_submap.inv()
         return in_odom
 
 
-def in_contest(
-    judge: Judge,
-    here: Verdict,
+def floor_posterior(
+    scorer: PlacementScorer,
+    here: Posterior,
     plan: Floorplan,
     others: Sequence[OtherStorey],
     is_fresh: Sequence[bool],
-) -> tuple[Verdict, tuple[OtherStorey, ...]]:
+) -> tuple[Posterior, tuple[OtherStorey, ...]]:
     """
     Return the verdict on ``plan`` and the other storeys, all weighed against each other.
 
@@ -247,26 +249,26 @@ def in_contest(
     """
     if not others:  # and a site of one is a plan
         return here, ()
-    drawn = [here, *(each.verdict or _UNSEEN for each in others)]
+    drawn = [here, *(each.posterior or _UNSEEN for each in others)]
     priors = [plan.log_prior, *(each.plan.log_prior for each in others)]
     fresh = [True, *is_fresh]
-    verdicts = judge.among_storeys(drawn, priors, fresh)
+    posteriors = scorer.among_storeys(drawn, priors, fresh)
     # The larger a plan, the more of it may have been overlooked; not what is out of the question.
     likely = [
         new and (not k or float(each.placements.probability.sum()) >= _MAY_BE_RIGHT)
-        for k, (new, each) in enumerate(zip(fresh, verdicts, strict=True))
+        for k, (new, each) in enumerate(zip(fresh, posteriors, strict=True))
     ]
     if likely != fresh:
-        drawn = [d if may else v for d, v, may in zip(drawn, verdicts, likely, strict=True)]
-        verdicts = judge.among_storeys(drawn, priors, likely)
+        drawn = [d if may else v for d, v, may in zip(drawn, posteriors, likely, strict=True)]
+        posteriors = scorer.among_storeys(drawn, priors, likely)
     told = (
-        each if each.verdict is None else replace(each, verdict=verdict)
-        for each, verdict in zip(others, verdicts[1:], strict=True)
+        each if each.posterior is None else replace(each, posterior=posterior)
+        for each, posterior in zip(others, posteriors[1:], strict=True)
     )
-    return verdicts[0], tuple(told)
+    return posteriors[0], tuple(told)
 
 
-_UNSEEN = Verdict(
+_UNSEEN = Posterior(
     Placements.empty(),
     Evidence(np.zeros((0, len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)),
     np.zeros(0),
@@ -302,10 +304,10 @@ def unsearched(others: Sequence[OtherStorey], area_m2: float) -> int:
 
 
 def probabilities(
-    plan: Floorplan, verdict: Verdict, others: Sequence[OtherStorey]
+    plan: Floorplan, posterior: Posterior, others: Sequence[OtherStorey]
 ) -> dict[str, float]:
     """Return the probability of each storey's placements, by its name."""
-    here = float(verdict.placements.probability.sum())
+    here = float(posterior.placements.probability.sum())
     return {plan.name: here, **{each.plan.name: each.probability for each in others}}
 
 

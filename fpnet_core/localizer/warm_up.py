@@ -40,7 +40,7 @@ def warm_up(localizer: Localizer) -> None:
     both = np.concatenate([left, right + seen_from[1]])
     for stamp_ns in (_SCAN_NS, 2 * _SCAN_NS):
         localizer.add_scan(both, np.eye(4), stamp_ns, seen_from.reshape(-1, 3))
-        localizer.tick(stamp_ns)
+        localizer.update(stamp_ns)
 
 
 def _toy_plan() -> GridMap:

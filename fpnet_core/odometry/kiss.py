@@ -18,6 +18,7 @@ from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried, part_of
 from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.odometry.deskew_detection import DeskewDetector, turn_shares
 from fpnet_core.odometry.registration import (
     MIN_POINTS,
     deskewed,
@@ -26,7 +27,6 @@ from fpnet_core.odometry.registration import (
     register_sweep,
     upright,
 )
-from fpnet_core.odometry.turning_sweeps import TurningSweeps, turn_shares
 from fpnet_core.odometry.yaw_search import Guess, YawSearch
 from fpnet_core.stamps import NS_PER_S, ClockGuard
 
@@ -64,7 +64,7 @@ class KissOdometry:
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
     Of other sweeps, what stands tells the place and what lies the level: see
     :mod:`fpnet_core.odometry.registration`. Those without times are deskewed to their middle if
-    the map says that they need it: see :mod:`fpnet_core.odometry.turning_sweeps`.
+    the map says that they need it: see :mod:`fpnet_core.odometry.deskew_detection`.
 
     All others are deskewed by the motion since the last sweep's stamp, for the share of that time
     that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
@@ -90,7 +90,7 @@ class KissOdometry:
         self._first: Scan | None = None  # until the second one tells how the sensor moved
         self._first_motion = np.eye(4)
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
-        self._turning = TurningSweeps(is_decided=not self._config.deskew)
+        self._turning = DeskewDetector(is_decided=not self._config.deskew)
         self._is_planar = False
         self._start = T_odom_sensor
         self._last_ns: int | None = None

@@ -7,9 +7,17 @@ from fpnet_core.pose.estimate import (
     compared_at,
     select_promising,
 )
-from fpnet_core.pose.evidence import MapEvidence, MapSide, map_evidence
+from fpnet_core.pose.evidence import MapEvidence, PreparedMap, map_evidence
 from fpnet_core.pose.hypotheses import propose
-from fpnet_core.pose.refine import AGAIN, FINE, RIGID_STRAIN, ROUGH, Effort, Freedom, refine
+from fpnet_core.pose.refine import (
+    AGAIN,
+    FINE,
+    RIGID_STRAIN,
+    ROUGH,
+    AlignmentPrior,
+    SolverSchedule,
+    refine,
+)
 from fpnet_core.pose.verify import WallAgreement, agreement, coarse_support, wall_support
 
 __all__ = [
@@ -17,10 +25,10 @@ __all__ = [
     'FINE',
     'RIGID_STRAIN',
     'ROUGH',
-    'Effort',
-    'Freedom',
+    'AlignmentPrior',
     'MapEvidence',
-    'MapSide',
+    'PreparedMap',
+    'SolverSchedule',
     'WallAgreement',
     'agreement',
     'aligned_placements',

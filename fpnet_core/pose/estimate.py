@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence, box_corners
-from fpnet_core.pose.refine import FINE, NEAR, Freedom, refine
+from fpnet_core.pose.refine import FINE, NEAR, AlignmentPrior, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, WALL_SIGMA_M, agreement, coarse_support
 
 MAX_REFINED = 48
@@ -73,7 +73,7 @@ def aligned_placements(
     plan: MapEvidence,
     sub: MapEvidence,
     candidates: Placements,
-    freedom: Freedom,
+    alignment_prior: AlignmentPrior,
     robot_xy: NDArray[np.float64] | None = None,
 ) -> Placements:
     """
@@ -96,9 +96,9 @@ def aligned_placements(
     turns; none for no candidates. They are distinct at :func:`compared_at`.
     """
     places = compared_at(sub, robot_xy)
-    near = refine(plan, sub.walls, candidates, freedom, NEAR)
+    near = refine(plan, sub.walls, candidates, alignment_prior, NEAR)
     near = _best(_scored(plan, sub, near, _LOOK_POINTS), places, _SAME_BASIN_M, 2 * MAX_ESTIMATES)
-    fine = refine(plan, sub.walls, near, freedom, FINE)
+    fine = refine(plan, sub.walls, near, alignment_prior, FINE)
     # Where the map has little to hold on to, the last step may lead away.
     return _best(_scored(plan, sub, fine.joined(near)), places, DISTINCT_M, MAX_ESTIMATES)
 

@@ -157,7 +157,7 @@ class MapEvidence:
 
 
 @dataclass(frozen=True, eq=False)
-class MapSide:
+class PreparedMap:
     """One map as regions, as a graph and as raster evidence."""
 
     segmentation: Segmentation

@@ -35,7 +35,7 @@ _POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance
 
 
 @dataclass(frozen=True)
-class Effort:
+class SolverSchedule:
     """
     How much work refinement spends on a candidate.
 
@@ -46,36 +46,37 @@ class Effort:
     max_points: int
 
 
-ROUGH = Effort((0.8, 0.5, 0.3), 200)
+ROUGH = SolverSchedule((0.8, 0.5, 0.3), 200)
 """Brings a new candidate to where its score can be compared. Chosen."""
 
-NEAR = Effort((0.4, 0.3), 200)
+NEAR = SolverSchedule((0.4, 0.3), 200)
 """
 Of candidates that are right within half a metre: the few walls of a small map give way to a wider
 kernel and end up anywhere. Chosen.
 """
 
-FINE = Effort((0.3, 0.2, 0.15), 800)
+FINE = SolverSchedule((0.3, 0.2, 0.15), 800)
 """Ends on a candidate that is already near. Chosen."""
 
-AGAIN = Effort((0.5, 0.3, 0.2), 600)
+AGAIN = SolverSchedule((0.5, 0.3, 0.2), 600)
 """Follows a placement that is right within half a metre. Chosen."""
 
 RIGID_STRAIN = 1e-4
-"""Chosen: of :class:`Freedom`, where too little is seen to tell the drawing's stretch."""
+"""Chosen: of :class:`AlignmentPrior`, where too little is seen to tell the drawing's stretch."""
 
 
 @dataclass(frozen=True, eq=False)
-class Freedom:
+class AlignmentPrior:
     """
     How much of the drawing's stretch refinement may choose.
 
-    ``strain_sigma`` is the standard deviation of the drawing's strain, 0.03 for "a few percent".
+    ``anisotropy_sigma`` is the standard deviation of the drawing's anisotropic scale, 0.03 for
+    "a few percent".
     It is counted from ``stretch (2, 2)``, symmetric, plan metres per submap metre, where that is
     known, else from each candidate's mean scale, which stays within ``scales``.
     """
 
-    strain_sigma: float
+    anisotropy_sigma: float
     stretch: Array | None = None
     scales: tuple[float, float] = (0.0, np.inf)
 
@@ -84,8 +85,8 @@ def refine(
     plan: MapEvidence,
     walls: Array,
     candidates: Placements,
-    freedom: Freedom,
-    effort: Effort,
+    alignment_prior: AlignmentPrior,
+    schedule: SolverSchedule,
 ) -> Placements:
     """
     Align candidates; each keeps its group: similarity times a small strain.
@@ -102,13 +103,13 @@ def refine(
     -------
     As many placements in the same order, with covariances and not yet scored.
     """
-    points = np.ascontiguousarray(walls[:: max(1, -(-len(walls) // effort.max_points))])
+    points = np.ascontiguousarray(walls[:: max(1, -(-len(walls) // schedule.max_points))])
     if not len(points):
         cov = np.zeros((len(candidates), 3, 3))
         return Placements(candidates.linear, candidates.translation, cov=cov)
     mid = points.mean(axis=0)
-    start, strain = _split_strain(candidates.linear, freedom.stretch)
-    bounds = np.array(freedom.scales) / np.sqrt(np.abs(np.linalg.det(start)))[:, None]
+    start, strain = _split_strain(candidates.linear, alignment_prior.stretch)
+    bounds = np.array(alignment_prior.scales) / np.sqrt(np.abs(np.linalg.det(start)))[:, None]
     centre = candidates.linear @ mid + candidates.translation
     params = np.zeros(
         (len(candidates), 6)
@@ -116,10 +117,10 @@ def refine(
     params[:, 3:] = strain
     H = np.tile(np.eye(6), (len(params), 1, 1))
     _align(
-        params, H, start, centre, bounds, STRAIN_LIMIT * freedom.strain_sigma,
+        params, H, start, centre, bounds, STRAIN_LIMIT * alignment_prior.anisotropy_sigma,
         np.ascontiguousarray((points - mid).T), unwritable(plan.wall_distance),
-        unwritable(plan.A_rc_xy), np.repeat(effort.widths_m, _STEPS_PER_WIDTH),
-        (_POINT_SIGMA_M / freedom.strain_sigma) ** 2,
+        unwritable(plan.A_rc_xy), np.repeat(schedule.widths_m, _STEPS_PER_WIDTH),
+        (_POINT_SIGMA_M / alignment_prior.anisotropy_sigma) ** 2,
     )  # fmt: skip
     linear = _strained(params, start)
     lever = linear @ mid

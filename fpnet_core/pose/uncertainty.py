@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import WeightsError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.spread import Growth, PoseSpread, Signs
+from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Misfit:
 
     Parameters
     ----------
-    bend_m
+    deformation_m
         How far the drawing has to bend under the whole submap [m].
     residual_m
         Three quarters of the submap's walls lie nearer to drawn ones [m].
@@ -66,14 +66,14 @@ class Misfit:
         odometry stumbles in places, and goes on stumbling there.
     """
 
-    bend_m: float
+    deformation_m: float
     residual_m: float
-    unrest_rad: float
+    heading_residual_rad: float
 
     @property
     def figures(self) -> Array:
         """Return the model's figures ``(F,)``, in the order of :data:`FIGURES`."""
-        values = np.array([self.bend_m, self.residual_m, self.unrest_rad])
+        values = np.array([self.deformation_m, self.residual_m, self.heading_residual_rad])
         return np.asarray(np.log(values + _LEAST))
 
 
@@ -89,7 +89,7 @@ def wall_information(
     return _normal_equations(plan, seen, A_plan_odom, robot_odom)[0]
 
 
-def unrest_of(
+def heading_residual_of(
     plan: MapEvidence,
     newest: Array,
     A_plan_odom: Affine2D,
@@ -124,16 +124,16 @@ class UncertaintyModel:
     yaw: Array
     growth: Growth
 
-    def spread(self, signs: Signs, xy_odom: Array, stamp_ns: int) -> PoseSpread:
+    def covariance(self, features: PoseFeatures, xy_odom: Array, stamp_ns: int) -> PoseCovariance:
         """Return how far off the pose of a robot at ``xy_odom (2,)`` may be, then and after."""
-        cov = self.covariances(signs.figures, signs.information)
-        return PoseSpread(cov, xy_odom, stamp_ns, self.growth, signs)
+        cov = self.covariances(features.figures, features.information)
+        return PoseCovariance(cov, xy_odom, stamp_ns, self.growth, features)
 
     def covariances(self, figures: Array, information: Array) -> Array:
         """
         Return the covariances ``(..., 3, 3)`` of poses at their ticks.
 
-        ``figures (..., F)`` and ``information (..., 3, 3)`` are those of :class:`Signs`.
+        ``figures (..., F)`` and ``information (..., 3, 3)`` are those of :class:`PoseFeatures`.
         """
         scaled = np.clip((figures - self.mean) / self.std, -CLIP, CLIP)
         position, yaw = (np.exp(w[0] + scaled @ w[1:]) for w in (self.position, self.yaw))

@@ -22,7 +22,7 @@ from fpnet_core.raster.pieces import (
 )
 from fpnet_core.raster.windows import Window, border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
-from fpnet_core.segmentation.doorsills import doorway_symbols
+from fpnet_core.segmentation.door_thresholds import doorway_symbols
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, MIN_ROOM_WIDTH_M, cut_rooms
@@ -31,7 +31,7 @@ from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 # A closed space without a door that is smaller is no room;
-# fitted to furnished drawings of generated storeys (docs/segmentation.md).
+# fitted to furnished drawings of generated storeys (notes/segmentation.md).
 _MIN_SHUT_AREA_M2 = 3.0
 # Physical: nobody walks where it is narrower. A closed space without a door that mostly is so is
 # the hollow of a wall drawn as two lines, or a duct.

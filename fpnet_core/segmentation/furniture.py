@@ -14,14 +14,14 @@ from fpnet_core.raster.pieces import filled, looked_up, pieces_of
 from fpnet_core.raster.windows import Window, cropped, framed
 
 # Free-standing obstacles smaller than this are furniture;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _AREA_M2 = 2.0
 # Free-standing obstacles longer than this are walls;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _EXTENT_M = 2.5
 # A piece of wall between two doorways is at least so long and nowhere thicker [m], covers so many
 # squares of its thickness, and is a doorway away from all others [m];
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _LEAST_LENGTH_M, _MOST_THICKNESS_M, _LEAST_SLENDERNESS, _DOORWAY_M = 0.65, 0.4, 2.5, 0.6
 # Chosen: walls as near are looked at for whether they stand beside a piece or go on from it [m],
 # one that is straight: so wide at most, over its length.

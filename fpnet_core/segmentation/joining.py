@@ -19,7 +19,7 @@ from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import cells_of
 
 Array = NDArray[np.float64]
-Judge = Callable[[Array], Array]
+PlacementScorer = Callable[[Array], Array]
 """Returns the probability (L,) that lines of figures (L, D) part nothing."""
 
 _ROOMS = ('area', 'peak', 'frontier', 'fill', 'long', 'wide', 'lines')
@@ -83,7 +83,9 @@ class DividingLines:
     figures: Array
 
 
-def join_pieces(pieces: Pieces, lines: DividingLines, is_one: Judge) -> NDArray[np.int64]:
+def join_pieces(
+    pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
+) -> NDArray[np.int64]:
     """
     Return for each piece (P,) the one that it has joined, itself for most.
 
@@ -97,7 +99,7 @@ def join_pieces(pieces: Pieces, lines: DividingLines, is_one: Judge) -> NDArray[
 
 
 def joining_stages(
-    pieces: Pieces, lines: DividingLines, is_one: Judge
+    pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
 ) -> Iterator[NDArray[np.int64]]:
     """Yield what :func:`join_pieces` has joined so far, each time that something has."""
     target = np.arange(len(pieces.peak))

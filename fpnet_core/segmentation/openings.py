@@ -18,7 +18,7 @@ from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
 # Doors between the same rooms nearer than this are one: half a leaf and a jamb;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _DOOR_SEPARATION_M = 0.7
 
 MIN_DOOR_WIDTH_M = 0.6

@@ -27,12 +27,12 @@ from fpnet_core.segmentation.openings import (
 from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
 # A space nowhere as wide as this is no room; of one, what is narrower does not count [m]. Chosen.
 MIN_ROOM_WIDTH_M = 0.5
 # Small rooms with a longer edge to unseen space stay apart;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _GLIMPSE_EDGE_M = 0.8
 
 Labels = NDArray[np.int32]
@@ -62,8 +62,8 @@ Decide = Callable[[Parts], NDArray[np.int64]]
 
 def joined_as_learned(parts: Parts) -> NDArray[np.int64]:
     """Return for each piece (P,) the one that it joins, as the packaged model judges."""
-    judge = packaged_door_model().probability_of_one_room
-    return join_pieces(parts.pieces, parts.lines, judge)
+    scorer = packaged_door_model().probability_of_one_room
+    return join_pieces(parts.pieces, parts.lines, scorer)
 
 
 def cut_rooms(

@@ -60,7 +60,7 @@ class ScaleEstimate:
         return self.high <= self.factor * SURE_FACTOR and self.low >= self.factor / SURE_FACTOR
 
     @property
-    def is_denial(self) -> bool:
+    def is_scale_conflict(self) -> bool:
         """Tell whether rooms, doors and walls are beyond doubt those of another scale."""
         return self.low > _MISSTATED or self.high < 1.0 / _MISSTATED
 
@@ -139,7 +139,7 @@ def told_scale(
     if not segmentation.rooms:
         return STATED_SCALE
     told = estimate_metres_per_unit(segmentation)
-    return segment_unknown_scale(grid, config)[1] if told.is_denial else told
+    return segment_unknown_scale(grid, config)[1] if told.is_scale_conflict else told
 
 
 def segment_at(

@@ -23,10 +23,10 @@ from fpnet_core.segmentation.scene import Scene
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _SOLID_WIDTH_M = 0.2
 # Glimpsed rooms smaller than this are dropped (a_th of the paper);
-# fitted to the tune half (docs/segmentation.md).
+# fitted to the tune half (notes/segmentation.md).
 _MIN_SUBMAP_ROOM_AREA_M2 = 2.0
 
 # Chosen, not measured:

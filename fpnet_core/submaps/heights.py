@@ -16,7 +16,7 @@ from fpnet_core.config import SubmapConfig
 # Physical: lowest lintel above the floor, a low door; higher returns may be one.
 LINTEL_HEIGHT_M = 1.95
 LINTEL_TOP_M = 2.45  # physical: highest lintel; returns above say nothing about one
-# Rays above prove no free space: high walls are uneven; fitted to tune drives (docs/submaps.md).
+# Rays above prove no free space: high walls are uneven; fitted to tune drives (notes/submaps.md).
 _CARVE_TOP_M = 3.0
 
 # Numerical: histogram of heights relative to the sensor: bin edge and reach [m].

@@ -16,13 +16,13 @@ from fpnet_core.submaps.carving import LAYERS, carve_rays, classify
 from fpnet_core.submaps.heights import HeightBands
 from fpnet_core.types import UNKNOWN, GridMap
 
-# High returns that make a lintel cell; fitted to tune drives (docs/submaps.md).
+# High returns that make a lintel cell; fitted to tune drives (notes/submaps.md).
 LINTEL_MIN_HITS = 2
-# Returns among rays at its height that make a lintel; fitted to tune drives (docs/submaps.md).
+# Returns among rays at its height that make a lintel; fitted to tune drives (notes/submaps.md).
 LINTEL_SHARE = 0.5
-# Returns among returns and crossings that make a wall; fitted to tune drives (docs/submaps.md).
+# Returns among returns and crossings that make a wall; fitted to tune drives (notes/submaps.md).
 WALL_SHARE = 0.2
-# Last stretch before a return that proves no free space; fitted to tune drives (docs/submaps.md).
+# Last stretch before a return that proves no free space; fitted to tune drives (notes/submaps.md).
 END_MARGIN_M = 0.2
 MAX_EXTENT_M = 400.0  # physical: no storey is longer; the odometry has diverged
 

@@ -17,4 +17,4 @@ class Answer(Placement):
     Plan metres are the nominal ones; ``score`` in [0, 1] is the method's own confidence.
     """
 
-    is_claimed: bool = field(kw_only=True)
+    is_accepted: bool = field(kw_only=True)

@@ -47,11 +47,11 @@ class BoundingBoxMatcher:
         nothing = MatchResult(np.zeros((0, 2), np.int64), np.zeros(0, np.float32), soft)
         if not (len(plan) and len(sub)):
             return nothing
-        plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
-        similarity = _alignments(plan_side, sub_side)
+        prepared_plan, prepared_submap = graph_geometry(plan), graph_geometry(sub)
+        similarity = _alignments(prepared_plan, prepared_submap)
         if not len(similarity):
             return nothing
-        partner, fit = _fitted(plan_side, sub_side, similarity)
+        partner, fit = _fitted(prepared_plan, prepared_submap, similarity)
         best = int(fit.sum(axis=1).argmax())
         columns = np.flatnonzero((partner[best] >= 0) & (fit[best] >= MIN_FIT))
         rows, scores = partner[best, columns], fit[best, columns]

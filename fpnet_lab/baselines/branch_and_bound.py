@@ -67,7 +67,7 @@ class BranchAndBound:
         linear = turned[1][variant]
         placed = np.linalg.solve(self._A_rc_xy[:, :2], np.array([row, col]) - self._A_rc_xy[:, 2])
         S = Affine2D(linear, placed - linear @ centre)
-        return Answer(S, float(score), is_claimed=bool(score >= CLAIM_SCORE))
+        return Answer(S, float(score), is_accepted=bool(score >= CLAIM_SCORE))
 
     def _turned(self, points: Array) -> tuple[NDArray[np.int32], Array]:
         """Cells (V, P, 2) of the points in every rotation and scale, and these (V, 2, 2)."""

@@ -41,4 +41,4 @@ def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> 
         return None
     count = int(np.count_nonzero(inliers))
     score = count / len(match.pairs)
-    return Answer(Affine2D.from_matrix(matrix), score, is_claimed=count >= MIN_INLIERS)
+    return Answer(Affine2D.from_matrix(matrix), score, is_accepted=count >= MIN_INLIERS)

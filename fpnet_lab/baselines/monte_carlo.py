@@ -58,7 +58,7 @@ class CloudMean:
 
     T_plan_base: SE2
     share: float
-    is_claimed: bool
+    is_accepted: bool
 
 
 def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[np.float32]:

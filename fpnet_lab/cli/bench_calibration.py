@@ -19,7 +19,7 @@ from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     from fpnet_lab.metrics import Reliability
-    from fpnet_lab.training.judge_trials import Trial
+    from fpnet_lab.training.scorer_trials import Trial
 
 _MEASURED_SEED = 5000
 """Numerical: added to the seed: what is measured is never what was learned from."""
@@ -59,11 +59,11 @@ def command(
     Example: fpnet bench calibration --data ../shared/data --half report
     """
     tree = common.load(config, settings)
-    from fpnet_core.judging import configured_model
     from fpnet_core.matching.learned import LearnedMatcher
-    from fpnet_lab.training.judge_drives import DriveSource
-    from fpnet_lab.training.judge_figures import reliability
-    from fpnet_lab.training.judge_trials import TrialSource
+    from fpnet_core.scoring import configured_model
+    from fpnet_lab.training.scorer_drives import DriveSource
+    from fpnet_lab.training.scorer_figures import reliability
+    from fpnet_lab.training.scorer_trials import TrialSource
 
     matcher = LearnedMatcher(tree.matcher)
     measured_seed = _MEASURED_SEED + (seed or 0)

@@ -189,5 +189,5 @@ def _print(report: dict[str, Any], json_path: Path | None) -> None:
     if 'bormann' in report:
         titles = {'as_black': 'rooms as black', 'walls_as_black': 'walls as black'}
         titles |= {'f1_mean': 'F1', 'marked': 'marked'}
-        tones = [Column('real walls', 'name'), *columns(READ_SHARE, titles)]
-        show(Table.of(tones, named(report['bormann']['tones'])), json_path)
+        binarization = [Column('real walls', 'name'), *columns(READ_SHARE, titles)]
+        show(Table.of(binarization, named(report['bormann']['tones'])), json_path)

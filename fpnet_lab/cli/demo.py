@@ -75,9 +75,9 @@ def command(
     _run_session(recording, session, rate, tree)
     from fpnet_core.io.maps import read_map
     from fpnet_core.segmentation import segment_floorplan
-    from fpnet_lab.evaluation.demo import judge_demo
+    from fpnet_lab.evaluation.demo import rate_demo
 
-    run = judge_demo(recording, session)
+    run = rate_demo(recording, session)
     common.write_json(out / 'result.json', {'seed': tree.seed, **run.as_json()})
     plan = segment_floorplan(read_map(recording / 'floorplan.yaml'), tree.segmentation)
     _draw(out / 'trajectory.png', session, run, plan)

@@ -22,7 +22,7 @@ PlansOption = Annotated[
     list[Path] | None,
     typer.Option(
         '--plans',
-        '--plan',
+        '--floorplan',
         metavar='PATH',
         help='Floorplan image, its YAML, or a folder of them, instead of generated storeys; '
         'repeatable.',
@@ -82,7 +82,7 @@ def command(
 
     Example: fpnet simulate pairs --out runs/pairs --count 10000 --seed 1 --workers 2
 
-    Example: fpnet simulate pairs --out runs/mine --count 2000 --plan my_plan.png
+    Example: fpnet simulate pairs --out runs/mine --count 2000 --floorplan my_plan.png
     """
     part, parts = parse_shard(shard)
     from fpnet_lab.sim.pairs import presets

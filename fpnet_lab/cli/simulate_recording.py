@@ -65,7 +65,7 @@ def command(
     plan: Annotated[
         Path | None,
         typer.Option(
-            '--plan', metavar='F', help='Raise the building of this drawing or map_server YAML.'
+            '--floorplan', metavar='F', help='Raise the building of this drawing or map.'
         ),
     ] = None,
     mesh: Annotated[
@@ -96,16 +96,16 @@ def command(
     """
     Write a lidar recording in a building, the building's floorplan, and the truth.
 
-    The building is generated, with an inexact floorplan; or --plan raises that of a floorplan of
-    your own; or --mesh takes one as it is, and then --plan is its floorplan in the same x and y.
+    The building is generated, with an inexact floorplan; --floorplan raises that of your own one;
+    --mesh takes a building as it is, and --floorplan is then its plan in the same x and y.
 
-    The folder gets bag/ (PointCloud2 or LaserScan at 10 Hz), floorplan.yaml with its image,
-    truth.tum (true sensor poses in the building) and truth.json (how the floorplan is distorted).
+    Writes bag/ (PointCloud2 or LaserScan at 10 Hz), floorplan.yaml with its image, truth.tum (true
+    sensor poses in the building) and truth.json (how the floorplan is distorted).
 
     Example: fpnet simulate recording --out out/recording --seed 3 --sensor beams16
     """
     if family is not None and (plan or mesh):
-        raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
+        raise ConfigError('--family is for generated buildings; leave out --floorplan and --mesh')
     from fpnet_lab.sim.drives.mesh_worlds import read_mesh
     from fpnet_lab.sim.drives.recording import make_recording, write_recording
 

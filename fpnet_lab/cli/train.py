@@ -12,10 +12,10 @@ from fpnet_lab.cli import (
     train_doubts,
     train_evidence,
     train_finetune,
-    train_judge,
     train_matcher,
     train_parser,
     train_scale,
+    train_scorer,
 )
 
 app = typer.Typer(help='Train the networks and fit the models.', no_args_is_help=True)
@@ -26,7 +26,7 @@ app.command('doors')(train_doors.command)
 app.command('scale')(train_scale.command)
 app.command('doubts')(train_doubts.command)
 app.command('evidence')(train_evidence.command)
-app.command('judge')(train_judge.command)
+app.command('scorer')(train_scorer.command)
 app.command('covariance')(train_covariance.command)
 
 

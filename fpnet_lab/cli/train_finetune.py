@@ -16,7 +16,7 @@ from fpnet_lab.cli.train_matcher import fit_and_calibrate
 
 @common.reads_drawing
 def command(
-    plan: Annotated[Path, typer.Option('--plan', metavar='FILE', help=common.DRAWING_HELP)],
+    plan: Annotated[Path, typer.Option('--floorplan', metavar='FILE', help=common.DRAWING_HELP)],
     out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Folder of pairs and run.')],
     said: common.DrawingOptions,
     count: Annotated[
@@ -31,7 +31,7 @@ def command(
 
     Use the result with --set matcher.weights=OUT/run/matcher.safetensors.
 
-    Example: fpnet train finetune --plan my_plan.png --out runs/mine
+    Example: fpnet train finetune --floorplan my_plan.png --out runs/mine
     """
     reading = said.read(plan, common.load(None))
     common.say_reading(reading, None)

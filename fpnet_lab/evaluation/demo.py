@@ -56,7 +56,7 @@ class DemoRun:
         }
 
 
-def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
+def rate_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
     """
     Compare the poses published during a session with the recording's truth.
 
@@ -70,7 +70,7 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
     session = read_json(session_dir / SESSION_NAME, 'run the demo again')
     published = read_planar(session_dir / POSES_NAME)
     try:
-        totals = [tick['total_ms'] for tick in session['ticks'] if 'total_ms' in tick]
+        totals = [update['total_ms'] for update in session['ticks'] if 'total_ms' in update]
         tick_ms = np.array(totals, dtype=np.float64)
         scans, registered = int(session['scans']), int(session['registered_scans'])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
@@ -93,9 +93,9 @@ def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
         If a file is damaged.
     """
     files = (session_dir / TICKS_NAME).glob('*.npz')
-    ticks = [
-        replace(tick, stamp_ns=tick.submap.stamp_ns)
-        for tick in map(read_output, files)
-        if tick.submap is not None
+    updates = [
+        replace(update, stamp_ns=update.submap.stamp_ns)
+        for update in map(read_output, files)
+        if update.submap is not None
     ]
-    return tuple(sorted(ticks, key=lambda tick: tick.stamp_ns))
+    return tuple(sorted(updates, key=lambda update: update.stamp_ns))

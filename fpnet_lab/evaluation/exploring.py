@@ -83,7 +83,7 @@ def explore(
     robot = _Robot(recording, localizer, rng)
     driven_m, choices, advised = 0.0, 0, 0
     while driven_m < most_m:
-        if robot.tick().status is Status.LOCALIZED:
+        if robot.update().status is Status.LOCALIZED:
             return Exploration(driven_m, robot.off_m(), advised / max(choices, 1))
         way = policy(localizer, robot.T_odom_base, rng)
         choices, advised = choices + 1, advised + (way is not None)
@@ -111,9 +111,9 @@ class _Robot:
         """Where it is, (4, 4)."""
         return self._pose.as_matrix4()
 
-    def tick(self) -> LocalizerOutput:
+    def update(self) -> LocalizerOutput:
         """Let the localizer look."""
-        return self._localizer.tick(self._stamp_ns)
+        return self._localizer.update(self._stamp_ns)
 
     def off_m(self) -> float:
         """Return how far the claimed place is from the true one, floorplan metres."""

@@ -54,14 +54,14 @@ def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
     truth = recording.truth()[:, :2, 3]
     path_m = lengths_along(truth).tolist()
     tick_every_ns = int(_TICK_EVERY_S * NS_PER_S)
-    next_tick_ns = int(recording.stamps_ns[0]) + tick_every_ns
+    next_update_ns = int(recording.stamps_ns[0]) + tick_every_ns
     for index, scan in true_scans(recording):
         assert scan.T_odom_sensor is not None, 'this odometry knows it'
         localizer.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
-        if scan.stamp_ns < next_tick_ns:
+        if scan.stamp_ns < next_update_ns:
             continue
-        next_tick_ns = scan.stamp_ns + tick_every_ns
-        if localizer.tick(scan.stamp_ns).status is Status.LOCALIZED:
+        next_update_ns = scan.stamp_ns + tick_every_ns
+        if localizer.update(scan.stamp_ns).status is Status.LOCALIZED:
             pose = localizer.output.pose(scan.T_odom_sensor)
             assert pose is not None, 'it is localised'
             return FirstClaim(path_m[-1], path_m[index], pose.translation, truth[index])

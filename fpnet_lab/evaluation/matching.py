@@ -48,7 +48,7 @@ class Prediction:
     pairs: list[list[int]]
     scores: list[float]
     matrix: list[list[float]] | None
-    is_claimed: bool
+    is_accepted: bool
     milliseconds: float
 
     @property
@@ -88,7 +88,7 @@ def predict_one(
         pairs=result.pairs.tolist(),
         scores=result.scores.tolist(),
         matrix=None if placed is None else placed.A_plan_submap.matrix.tolist(),
-        is_claimed=placed is not None and placed.is_claimed,
+        is_accepted=placed is not None and placed.is_accepted,
         milliseconds=elapsed_ms,
     )
 
@@ -97,7 +97,7 @@ def _placement(plan: RegionGraph, sub: RegionGraph, result: MatchResult) -> Answ
     if not result.hypotheses:
         return place_by_ransac(plan, sub, result)
     best = result.hypotheses[0]
-    return Answer(best.S_plan_sub, best.probability, is_claimed=best.probability >= _CLAIMED)
+    return Answer(best.S_plan_sub, best.probability, is_accepted=best.probability >= _CLAIMED)
 
 
 def score(

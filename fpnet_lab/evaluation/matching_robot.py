@@ -24,18 +24,18 @@ import numpy as np
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.judging import Judge
-from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.global_localizer import GlobalLocalizer
 from fpnet_core.localizer.maps import (
-    CutMap,
     MapMatch,
     MapMatchStatus,
-    cut_plan,
-    cut_robot_map,
-    match_cuts,
+    SegmentedMap,
+    match_segmented,
+    segment_plan,
+    segment_robot_map,
 )
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.scoring import PlacementScorer
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, GridMap
 from fpnet_lab.evaluation.matching import Prediction, predict_one, score
@@ -81,7 +81,7 @@ class _Key(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _TimedCut:
-    cut: CutMap
+    cut: SegmentedMap
     milliseconds: float
 
 
@@ -100,11 +100,11 @@ def robot_cases(data: Path, split: str, limit: int | None, foreign: int = 3) -> 
         for band in range(len(BANDS))
         for variant in range(VARIANTS)
     ]
-    chosen = keys if limit is None else _spread(keys, limit)
+    chosen = keys if limit is None else _covariance(keys, limit)
     return [_case(pairs[key.pair], key, drawings, foreign) for key in sorted(chosen)]
 
 
-def _spread(keys: Sequence[_Key], limit: int) -> list[_Key]:
+def _covariance(keys: Sequence[_Key], limit: int) -> list[_Key]:
     """Return ``limit`` keys: a fixed shuffle over the buildings, and the bands in turn."""
     shuffled = [keys[index] for index in np.random.default_rng(SEED).permutation(len(keys))]
     taken: Counter[int] = Counter()
@@ -171,13 +171,15 @@ class _Bench:
         self.outcomes: dict[str, list[Outcome]] = {name: [] for name in names}
         self._matchers = matchers
         self._config = config
-        self._finder = Finder(matchers['fpnet'], Judge.configured(config.localizer), config)
+        self._global_localizer = GlobalLocalizer(
+            matchers['fpnet'], PlacementScorer.configured(config.localizer), config
+        )
         self._plans: dict[str, _TimedCut] = {}
 
     def run(self, case: RobotCase) -> None:
         """Run all methods on one case, on its own plan and on the others."""
         robot = _timed(
-            lambda: cut_robot_map(
+            lambda: segment_robot_map(
                 submap_from_grid(case.pair.robot), self._config, case.pair.is_metric
             )
         )
@@ -200,22 +202,22 @@ class _Bench:
             is_same_architect = drawing.architect == case.pair.architect
             for name in found.keys() - {CLAIMS_ALL}:
                 said = _predict(name, match, self._matchers)
-                found[name].append(Foreign(is_same_architect, said.is_claimed))
+                found[name].append(Foreign(is_same_architect, said.is_accepted))
         return found
 
     def _match(self, drawing: BuildingFloorplan, robot: _TimedCut) -> MapMatch:
         """Return what ``fpnet match`` would; its total time holds that of cutting both maps."""
         if drawing.building not in self._plans:
             self._plans[drawing.building] = _timed(
-                lambda: cut_plan(drawing.grid, self._config, drawing.is_metric)
+                lambda: segment_plan(drawing.grid, self._config, drawing.is_metric)
             )
         plan, timer = self._plans[drawing.building], StageTimer()
         timer.timings_ms['total'] = plan.milliseconds + robot.milliseconds
         with timer.stage('total'):
-            return match_cuts(plan.cut, robot.cut, self._finder, timer)
+            return match_segmented(plan.cut, robot.cut, self._global_localizer, timer)
 
 
-def _timed(cut: Callable[[], CutMap]) -> _TimedCut:
+def _timed(cut: Callable[[], SegmentedMap]) -> _TimedCut:
     start = time.perf_counter()
     made = cut()
     return _TimedCut(made, 1e3 * (time.perf_counter() - start))
@@ -230,12 +232,12 @@ def _predict(name: str, match: MapMatch, matchers: Mapping[str, RegionMatcher]) 
     if name != 'fpnet':
         area_m2 = _free_area_m2(match.sub.segmentation.grid)
         return predict_one(matchers[name], match.plan.graph, match.sub.graph, area_m2)
-    estimates = match.comparison.estimates
+    estimates = match.candidates.estimates
     return Prediction(
-        pairs=match.comparison.match.pairs.tolist(),
-        scores=match.comparison.match.scores.tolist(),
+        pairs=match.candidates.match.pairs.tolist(),
+        scores=match.candidates.match.scores.tolist(),
         matrix=estimates[0].A_plan_submap.matrix.tolist() if estimates else None,
-        is_claimed=match.status is MapMatchStatus.MATCHED,
+        is_accepted=match.status is MapMatchStatus.MATCHED,
         milliseconds=match.timings_ms['total'],
     )
 
@@ -279,4 +281,4 @@ def _outcome(
     error = placement_error(said.placement, _truth(pair, match), (x, y))
     plan = match.plan.segmentation.grid
     right = error.is_right(float(np.hypot(*plan.shape)) * plan.resolution)
-    return Outcome(case.band, pair.building, pair.is_distorted, right, said.is_claimed, foreign)
+    return Outcome(case.band, pair.building, pair.is_distorted, right, said.is_accepted, foreign)

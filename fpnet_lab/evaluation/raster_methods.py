@@ -27,12 +27,12 @@ def predict_by_raster(name: str, match: MapMatch) -> Prediction:
     found = RASTER_METHODS[name](match)
     elapsed_ms = 1e3 * (time.perf_counter() - start)
     matrix = None if found is None else found.A_plan_submap.matrix.tolist()
-    return Prediction([], [], matrix, found is not None and found.is_claimed, elapsed_ms)
+    return Prediction([], [], matrix, found is not None and found.is_accepted, elapsed_ms)
 
 
 def _correlative(match: MapMatch) -> Answer | None:
     found = search_placement(match.plan.segmentation.grid, match.sub.segmentation.grid)
-    return None if found is None else Answer(found.A_plan_submap, found.score, is_claimed=True)
+    return None if found is None else Answer(found.A_plan_submap, found.score, is_accepted=True)
 
 
 def _branch_and_bound(match: MapMatch) -> Answer | None:

@@ -125,8 +125,8 @@ def _driven(
     outcome: Answer = {
         'input': [*_cells(drawing.grid), len(scans), sum(len(scan.points) for scan in scans)],
         'statuses': [
-            [status, len(list(ticks))]
-            for status, ticks in groupby(output.status.value for output in run.outputs)
+            [status, len(list(updates))]
+            for status, updates in groupby(output.status.value for output in run.outputs)
         ],
         'place': None,
     }
@@ -228,7 +228,7 @@ def _compared(kind: str, found: Answer, before: Answer) -> Iterator[str]:
 
 
 def _drives_compared(found: Answer, before: Answer) -> Iterator[str]:
-    now, then = _ticks(found), _ticks(before)
+    now, then = _updates(found), _updates(before)
     changed = sum(status != was for status, was in zip_longest(now, then))
     if changed > _SAME_TICKS or now[-1] != then[-1]:
         yield f'statuses {_named(found)}, were {_named(before)}{_off(found, before)}'
@@ -274,7 +274,7 @@ _COMPARISONS: dict[str, Callable[[Answer, Answer], Iterator[str]]] = {
 }
 
 
-def _ticks(outcome: Answer) -> list[str]:
+def _updates(outcome: Answer) -> list[str]:
     return [status for status, count in outcome['statuses'] for _ in range(count)]
 
 

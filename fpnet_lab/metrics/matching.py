@@ -52,10 +52,10 @@ def count_matches(pairs: NDArray[np.int64], labels: NDArray[np.int64]) -> MatchC
     Labels are plan indices, UNMATCHED or IGNORE; predictions on IGNORE regions do not count.
     """
     truth = labels[pairs[:, 1]]
-    judged = truth != IGNORE
+    scored = truth != IGNORE
     return MatchCounts(
-        correct=int(np.count_nonzero(judged & (truth == pairs[:, 0]))),
-        predicted=int(np.count_nonzero(judged)),
+        correct=int(np.count_nonzero(scored & (truth == pairs[:, 0]))),
+        predicted=int(np.count_nonzero(scored)),
         true=int(np.count_nonzero(labels >= 0)),
     )
 

@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 
 from fpnet.accuracy import GATE_95
 from fpnet_core.pose.uncertainty import FIGURES, UncertaintyModel
-from fpnet_core.spread import Growth, carried
+from fpnet_core.pose_covariance import Growth, carried
 from fpnet_lab.training.covariance_drives import Samples
 
 Array = NDArray[np.float64]

@@ -28,7 +28,7 @@ from fpnet_lab.evaluation.localization.cases import Case, Distortion, plain_case
 from fpnet_lab.evaluation.localization.drives import ProductRun, kept_scans, run_product
 from fpnet_lab.evaluation.localization.inputs import CaseInputs, make_inputs, make_rough_plan
 from fpnet_lab.evaluation.localization.records import Truth
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S, settings_of
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S, settings_of
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.drawn.distort import DrawnPlan
 from fpnet_lab.training.gathering import Columns
@@ -49,7 +49,7 @@ class Samples(Columns):
     Parameters
     ----------
     figures, information : (N, F), (N, 3, 3)
-        The :class:`fpnet_core.spread.Signs` of the tick that each rests on.
+        The :class:`fpnet_core.pose_covariance.PoseFeatures` of the tick that each rests on.
     away : (N, 2)
         From where the tick had the robot to where it is, plan axes [m].
     age_s : (N,)
@@ -98,7 +98,7 @@ def _drive_samples(seed: int, config: FpnetConfig, number: int) -> Samples:
     scans = kept_scans(inputs.scans, config.odometry)
     runs = []
     for run, (drawn, settings) in enumerate(_drawings(case, inputs, config)):
-        product = run_product(scans, drawn.grid, settings, TICK_PERIOD_S)
+        product = run_product(scans, drawn.grid, settings, UPDATE_PERIOD_S)
         truth = Truth(inputs.truth, drawn.A_plan_building)
         runs.append(_samples_of(product, truth, run, number))
     return Samples.joined(runs).numbered()
@@ -121,20 +121,22 @@ def _samples_of(product: ProductRun, truth: Truth, run: int, building: int) -> S
     error = np.column_stack([published.xy - true.xy, turned])
     far = np.hypot(error[:, 0], error[:, 1]) > WRONG_POSITION_M
     kept = np.flatnonzero(known & ~far & (np.abs(turned) <= WRONG_YAW_RAD))
-    claims = [output for output in product.replay.outputs if output.spread is not None]
+    claims = [output for output in product.replay.outputs if output.covariance is not None]
     stamps = np.array([output.stamp_ns for output in claims], dtype=np.int64)
     at = odometry.at(published.stamps_ns)[0].xy
     spreads, away = [], []
     for k in kept.tolist():
         output = claims[int(np.searchsorted(stamps, published.stamps_ns[k], 'right')) - 1]
-        assert output.spread is not None
+        assert output.covariance is not None
         assert output.A_plan_odom is not None
-        spreads.append(output.spread)
-        away.append(output.A_plan_odom.linear @ (at[k] - output.spread.xy_odom))
-    ticks_ns = np.array([spread.stamp_ns for spread in spreads], dtype=np.int64)
+        spreads.append(output.covariance)
+        away.append(output.A_plan_odom.linear @ (at[k] - output.covariance.xy_odom))
+    ticks_ns = np.array([covariance.stamp_ns for covariance in spreads], dtype=np.int64)
     return Samples(
-        np.array([spread.signs.figures for spread in spreads]).reshape(-1, len(FIGURES)),
-        np.array([spread.signs.information for spread in spreads]).reshape(-1, 3, 3),
+        np.array([covariance.features.figures for covariance in spreads]).reshape(
+            -1, len(FIGURES)
+        ),
+        np.array([covariance.features.information for covariance in spreads]).reshape(-1, 3, 3),
         np.array(away).reshape(-1, 2),
         (published.stamps_ns[kept] - ticks_ns) / NS_PER_S,
         error[kept],

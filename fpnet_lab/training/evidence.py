@@ -85,11 +85,11 @@ def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
     plan, sub = graph_geometry(pair.plan_graph), graph_geometry(pair.sub_graph)
     assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR))
     return PlacementExample(
-        assignments.evidence, judge_assignments(assignments, plan, sub, pair.A_plan_submap)
+        assignments.evidence, score_assignments(assignments, plan, sub, pair.A_plan_submap)
     )
 
 
-def judge_assignments(
+def score_assignments(
     assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry, A_plan_submap: Affine2D
 ) -> NDArray[np.bool_]:
     """Return ``(C,)``: which placements agree with the true transform at the submap's middle."""
@@ -109,7 +109,7 @@ def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
 
     A conditional logit: the softmax over a pair's placements and "none" is its posterior, whose
     likelihood is concave in the weights where one alternative is right. Pairs without any
-    placement say nothing. Signs are not constrained.
+    placement say nothing. PoseFeatures are not constrained.
     """
     used = [example for example in examples if len(example.is_right)]
     spread = np.concatenate([e.evidence for e in used]).std(axis=0) + 1e-6

@@ -14,7 +14,7 @@ from PIL import Image
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.pictures.found import Found, find_building
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, find_building
 from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import growth_at
@@ -36,7 +36,7 @@ class SheetRead:
 
     sheet: Sheet
     pixels: NDArray[np.uint8]
-    found: Found
+    found: PlanHypothesis
     H_pixel_page: NDArray[np.float64]
 
     @property
@@ -64,7 +64,7 @@ def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None
     return SheetRead(sheet, drawing.pixels, found, H_pixel_page)
 
 
-def picture_read(pixels: NDArray[np.uint8], config: SegmentationConfig) -> Found | None:
+def picture_read(pixels: NDArray[np.uint8], config: SegmentationConfig) -> PlanHypothesis | None:
     """Return the building in the file of a picture (H, W, 3); None where that is refused."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'picture.png'
@@ -73,7 +73,7 @@ def picture_read(pixels: NDArray[np.uint8], config: SegmentationConfig) -> Found
     return _found(drawing, config)
 
 
-def _found(drawing: Drawing, config: SegmentationConfig) -> Found | None:
+def _found(drawing: Drawing, config: SegmentationConfig) -> PlanHypothesis | None:
     try:
         return find_building(drawing, ReadOptions(), config)
     except FpnetError:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpnet_lab.evaluation.speed.growth import Grown
 
-_SHOWN = ('segment', 'evidence', 'match', 'propose', 'align', 'judge', 'mirror', 'misstated')
+_SHOWN = ('segment', 'evidence', 'match', 'propose', 'align', 'score', 'mirror', 'misstated')
 _PLAN, _TICK, _MEMORY = '#1f6fb4', '#d1495b', '#3b7d4f'
 
 
@@ -27,7 +27,7 @@ def save_growth(storeys: Sequence[Grown], path: Path) -> None:
         times, memory, parts = figure.subplots(1, 3)
         area = np.array([storey.area_m2 for storey in storeys])
         times.plot(area, [s.plan[1] for s in storeys], 'o-', color=_PLAN, label='floorplan, once')
-        times.plot(area, [s.tick[1] for s in storeys], 'o-', color=_TICK, label='searching tick')
+        times.plot(area, [s.update[1] for s in storeys], 'o-', color=_TICK, label='searching tick')
         times.set_ylabel('processor time [s]')
         times.set_yscale('log')
         times.legend(frameon=False)

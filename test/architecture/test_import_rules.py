@@ -14,12 +14,12 @@ ROOT = Path(__file__).resolve().parents[2]
 LAYERS = {
     'fpnet_core': [
         {'arguments', 'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
-        | {'plain_files', 'plain_yaml', 'printable', 'small_networks', 'spread', 'stamps'}
+        | {'plain_files', 'plain_yaml', 'printable', 'pose_covariance', 'small_networks', 'stamps'}
         | {'trajectory', 'kernel_cache'}
         | {'freed_memory'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
-        {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
+        {'models', 'matching', 'pose', 'scoring', 'drawings', 'doctor'},
         {'localizer'},
         {'sites', 'differences'},
     ],

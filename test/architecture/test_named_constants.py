@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 TOOL = runpy.run_path(str(ROOT / 'tools' / 'constants.py'))
 
-PAGE = re.compile(r'docs/\w+\.md')
+PAGE = re.compile(r'(?:docs|notes)/\w+\.md')
 COMMAND = re.compile(r'`(?:python |fpnet |benchmarks/)')
 
 

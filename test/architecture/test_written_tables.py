@@ -19,7 +19,7 @@ _PROSE = re.compile(r'[^\W\d_]{6,}')
 """A cell that begins with a number is a figure; with longer words it is a sentence."""
 
 BY_HAND = {
-    ('recordings.md', 'sensor'): 'beams and columns of the simulated sensors: given',
+    ('simulator.md', 'sensor'): 'beams and columns of the simulated sensors: given',
     ('ros.md', 'parameter'): 'defaults of what may be set',
 }
 """Tables by page and a word of their first title that hold numbers nobody measured, and why."""

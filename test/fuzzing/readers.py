@@ -588,7 +588,7 @@ def _write_state(folder: Path) -> Path:
 def _read_state(path: Path) -> object:
     localizer = _localizer()
     localizer.load_state(path)
-    return localizer.tick(0)
+    return localizer.update(0)
 
 
 def _write_run(folder: Path) -> Path:
@@ -621,26 +621,26 @@ def _write_run(folder: Path) -> Path:
 
 
 def _read_run(path: Path) -> object:
-    from fpnet_lab.evaluation.demo import judge_demo, read_ticks
+    from fpnet_lab.evaluation.demo import rate_demo, read_ticks
 
-    return judge_demo(path, path), read_ticks(path)
+    return rate_demo(path, path), read_ticks(path)
 
 
 def _write_parcel(folder: Path) -> Path:
     from fpnet_core.geometry import SE2
-    from fpnet_core.io.parcels import ShownTick, packed
+    from fpnet_core.io.serialization import ShownTick, packed
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import LocalizerOutput, Status
 
     nowhere = PlanarTrajectory.empty()
-    tick = ShownTick(1, LocalizerOutput(10**9, Status.SEARCHING), SE2.identity(), nowhere)
+    update = ShownTick(1, LocalizerOutput(10**9, Status.SEARCHING), SE2.identity(), nowhere)
     path = folder / 'tick.bin'
-    path.write_bytes(packed(tick))
+    path.write_bytes(packed(update))
     return path
 
 
 def _read_parcel(path: Path) -> object:
-    from fpnet_core.io.parcels import ShownTick, unpacked
+    from fpnet_core.io.serialization import ShownTick, unpacked
 
     return unpacked(ShownTick, path.read_bytes())
 

@@ -21,7 +21,7 @@ BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
 
 
 @pytest.fixture(scope='module')
-def judged(tmp_path_factory):
+def scored(tmp_path_factory):
     """A quarter of a minute in a generated house, on its plan and on another one."""
     strip = tmp_path_factory.mktemp('strips') / 'strip.png'
     case = Case(
@@ -42,8 +42,8 @@ def judged(tmp_path_factory):
     return records, strip
 
 
-def test_a_case_judges_every_method_on_the_right_and_on_a_wrong_plan(judged):
-    records, _ = judged
+def test_a_case_judges_every_method_on_the_right_and_on_a_wrong_plan(scored):
+    records, _ = scored
     found = [(record.group, record.method) for record in records]
     assert len(found) == len(set(found))
     for group in ('exact', 'wrong_building'):
@@ -54,8 +54,8 @@ def test_a_case_judges_every_method_on_the_right_and_on_a_wrong_plan(judged):
     assert {record.is_open_set for record in records if record.group == 'exact'} == {False}
 
 
-def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(judged):
-    records, _ = judged
+def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(scored):
+    records, _ = scored
     own = [r for r in records if r.method == 'fpnet' and r.group != 'rough']
     assert [record.wrong_poses for record in own] == [0, 0]
     right, wrong = own
@@ -66,12 +66,12 @@ def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(judged):
     assert set(right.statuses) <= {'waiting', 'searching', 'ambiguous', 'localized'}
 
 
-def test_the_strip_is_drawn(judged):
-    assert judged[1].read_bytes().startswith(b'\x89PNG')
+def test_the_strip_is_drawn(scored):
+    assert scored[1].read_bytes().startswith(b'\x89PNG')
 
 
-def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, capsys, judged):
-    records, _ = judged
+def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, capsys, scored):
+    records, _ = scored
 
     def fake(job):
         if job.case.kind is CaseKind.LOG:

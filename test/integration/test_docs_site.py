@@ -16,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 # One of each kind: text, tables, code, pictures, drawings of boxes, generated reference.
-PAGES = ('', 'tutorial/', 'needs/', 'parameters/', 'ros/', 'python/', 'tour/', 'localizer/')
+PAGES = ('', 'tutorial/', 'floorplans/', 'parameters/', 'ros/', 'python/', 'tour/', 'results/')
 
 pytestmark = [pytest.mark.slow, pytest.mark.apart]
 

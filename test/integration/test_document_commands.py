@@ -31,15 +31,15 @@ RUN = {
     'fpnet localize drive.bag --floorplan out/plan.yaml --film run.gif': '',
     'fpnet localize drive.bag --floorplan out/plan.yaml --view': '--port 0',
     'fpnet view out/run': '--port 0 --rate 0 --end',
-    'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
+    'fpnet match --floorplan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (
-        '--plan my_plan.png --sensor planar'
+        '--floorplan my_plan.png --sensor planar'
     ),
-    'fpnet simulate recording --out mine --plan my_plan.png': '--sensor planar',
+    'fpnet simulate recording --out mine --floorplan my_plan.png': '--sensor planar',
     'fpnet simulate pairs --out pairs --count 2000 --seed 1': '--count 12',
     'fpnet train matcher --data pairs --out run': _SMALL_NETWORK,
-    'fpnet train finetune --plan my_plan.png --out run': '--count 20 --epochs 1',
+    'fpnet train finetune --floorplan my_plan.png --out run': '--count 20 --epochs 1',
 }
 """Commands that run here, with what is added to make them cheap."""
 
@@ -56,7 +56,7 @@ ELSEWHERE = {
     ),
     'fpnet localize drive.bag --site site.yaml': 'test/integration/test_site_localize.py::'
     'test_a_drive_is_localised_on_its_storey',
-    'fpnet diff drive.bag --plan plan.yaml --out out/diff': (
+    'fpnet diff drive.bag --floorplan plan.yaml --out out/diff': (
         'test/integration/test_site_localize.py::'
         'test_what_was_seen_is_matched_and_compared_on_its_storey'
     ),
@@ -76,7 +76,7 @@ ELSEWHERE = {
     'test_methods_are_scored_on_the_same_pairs',
     'fpnet bench localization': 'test/integration/test_bench_localization_case.py::'
     'test_the_command_reports_and_names_what_it_skipped',
-    'fpnet bench calibration': 'test/integration/test_judge_trials.py::'
+    'fpnet bench calibration': 'test/integration/test_scorer_trials.py::'
     'test_the_benchmark_measures_what_is_packaged_and_draws_it',
     'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::'
     'test_rates_are_what_was_made_over_the_time_that_it_took',
@@ -114,7 +114,7 @@ def folder(tmp_path_factory):
     robot_map[:, 190:] = 178  # not seen yet
     Image.fromarray(robot_map).save(folder / 'robot_map.png')
     made = folder / 'made'
-    words = ['simulate', 'recording', '--out', made, '--plan', folder / 'plan.png']
+    words = ['simulate', 'recording', '--out', made, '--floorplan', folder / 'plan.png']
     assert call([*words, '--sensor', 'planar', '--wheels']) == 0
     shutil.copytree(made / 'bag', folder / 'drive.bag')
     shutil.copy(made / 'floorplan.yaml', folder / 'plan.yaml')

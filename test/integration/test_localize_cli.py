@@ -75,7 +75,7 @@ def run_without_lab(*arguments):
 def test_a_robot_needs_no_library_of_the_lab(localized, tmp_path):
     folder, summary, _ = localized
     drive = folder / 'drive'
-    words = ('--floorplan', drive / 'floorplan.yaml', '--set', 'localizer.tick_period_s=5')
+    words = ('--floorplan', drive / 'floorplan.yaml', '--set', 'localizer.update_period_s=5')
     done = run_without_lab('localize', drive / 'bag', *words, '--json', tmp_path / 'out.json')
     assert done.returncode == 0, done.stderr
     figures = json.loads((tmp_path / 'out.json').read_text())
@@ -125,14 +125,14 @@ def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
     bag = folder / 'drive' / 'bag'
     poses = folder / 'drive' / 'truth.tum'
     out = tmp_path / 'out'
-    options = ('--poses', poses, '--set', 'localizer.tick_period_s=10')
+    options = ('--poses', poses, '--set', 'localizer.update_period_s=10')
     assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 3
     printed = capsys.readouterr().out
     report = json.loads((out / 'run.json').read_text())
     assert not report['localized']
     cause = report['causes'][0]
     assert cause['cause'] == 'drawing mirrored'
-    command = f'fpnet localize {bag} --set localizer.tick_period_s=10 --poses {poses}'
+    command = f'fpnet localize {bag} --set localizer.update_period_s=10 --poses {poses}'
     command += f' --floorplan {image} --mirrored'
     assert cause['next'] == command
     assert f'1. drawing mirrored: {cause["evidence"]}\n   next: {command}' in printed

@@ -57,7 +57,7 @@ def write_robot_map(path, keep):
 
 def run_match(tmp_path, *extra, plan='plan.png', robot='robot.png'):
     out = tmp_path / 'match.json'
-    arguments = ['match', '--plan', str(tmp_path / plan)]
+    arguments = ['match', '--floorplan', str(tmp_path / plan)]
     arguments += ['--submap', str(tmp_path / robot), '--json', str(out), *extra]
     with pytest.raises(SystemExit) as ended:
         main(arguments)
@@ -167,7 +167,7 @@ def test_one_plain_room_is_not_claimed(tmp_path):
 def test_a_map_without_free_space_is_one_clear_error(tmp_path, capsys):
     write_plan(tmp_path / 'plan.png')
     cv2.imwrite(str(tmp_path / 'robot.png'), np.zeros((50, 60), dtype=np.uint8))
-    arguments = ['match', '--plan', str(tmp_path / 'plan.png')]
+    arguments = ['match', '--floorplan', str(tmp_path / 'plan.png')]
     with pytest.raises(SystemExit) as ended:
         main([*arguments, '--submap', str(tmp_path / 'robot.png')])
     assert ended.value.code == 1

@@ -155,8 +155,8 @@ def test_odometry_that_the_recording_lacks_ends_in_one_line(tmp_path, capsys, od
         (['--laser-scan'], 'only a planar sensor reports LaserScans'),
         (['--building', 'igloo'], 'choose one of plain'),
         (['--mesh', 'none.ply'], 'does not exist'),
-        (['--plan', 'none.png'], 'does not exist'),
-        (['--plan', 'none.png', '--family', 'bent'], 'leave out'),
+        (['--floorplan', 'none.png'], 'does not exist'),
+        (['--floorplan', 'none.png', '--family', 'bent'], 'leave out'),
     ],
 )
 def test_impossible_requests_end_in_one_line(words, message, capsys, tmp_path):
@@ -170,7 +170,7 @@ def test_impossible_requests_end_in_one_line(words, message, capsys, tmp_path):
 
 
 def test_kiss_icp_tracks_the_full_sensor():
-    # 12 s with turns and a door; whole tours: see docs/recordings.md.
+    # 12 s with turns and a door; whole tours: see notes/recordings.md.
     recording = make_recording(SEED)
     odometry = KissOdometry(OdometryConfig())
     first = recording.scan(0).T_truth_sensor

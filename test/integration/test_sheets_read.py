@@ -53,7 +53,7 @@ def blueprint(request, tmp_path_factory):
     return plan, reading, fpnet.segment(reading)
 
 
-@pytest.mark.xfail(reason='leaves of doors stay as walls (docs/drawings.md)', strict=False)
+@pytest.mark.xfail(reason='leaves of doors stay as walls (notes/drawings.md)', strict=False)
 def test_blueprints_have_their_rooms(blueprint):
     plan, _, rooms = blueprint
     assert abs(len(rooms.rooms) - len(plan.rooms)) <= 1

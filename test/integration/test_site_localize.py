@@ -94,7 +94,7 @@ def test_nothing_is_said_of_a_drawing_on_which_nothing_was_placed(folder, tmp_pa
 
     write_map(plan_grid(), tmp_path / 'other.yaml')
     result = fpnet(
-        'diff', folder / 'run' / 'submap.yaml', '--plan', tmp_path / 'other.yaml', '--json',
+        'diff', folder / 'run' / 'submap.yaml', '--floorplan', tmp_path / 'other.yaml', '--json',
         tmp_path / 'd.json',
     )  # fmt: skip
     assert result.exit_code == 3, result.output

@@ -18,7 +18,7 @@ from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.pairs.pair import generate_mapped_pair
 
 SCENES = range(2)
-CLAIM = FpnetConfig().localizer.claim_probability
+CLAIM = FpnetConfig().localizer.accept_probability
 
 
 @cache

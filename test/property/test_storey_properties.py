@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Placements
-from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, read_judge
-from fpnet_core.judging.evidence import on_one_plan
-from fpnet_core.judging.rivals import Explained
+from fpnet_core.scoring import CONTEXT, FIGURES, Evidence, PlacementScorer, read_scorer
+from fpnet_core.scoring.competing import Explained
+from fpnet_core.scoring.evidence import on_one_plan
 from fpnet_core.sites import Link, LinkKind, Site, Storey
 from fpnet_core.sites.storey_plans import weights_after_leaving
 
-JUDGE = Judge(read_judge(), 0.99)
+SCORER = PlacementScorer(read_scorer(), 0.99)
 SUPPORTED = ('support', 'bent_support', 'score', 'bent_score', 'seen', 'rooms_pure')
 storeys = st.lists(
     st.lists(st.floats(0.05, 1.0), min_size=1, max_size=4), min_size=2, max_size=5
 )  # fmt: skip
 
 
-def verdict(support, walls=120):
+def posterior(support, walls=120):
     support = np.sort(support)[::-1]
     figures = np.zeros((len(support), len(FIGURES)), np.float32)
     for name in SUPPORTED:
@@ -32,17 +32,17 @@ def verdict(support, walls=120):
     placements = Placements.of([SE2.from_xy_yaw(5.0 * k, 0, 0) for k in range(len(support))])
     seen = Explained(explained, explained, 0.5)
     # Figures against rivals, and of the comparison as a whole, are as of a search.
-    return JUDGE.weighed(placements, on_one_plan([Evidence(figures, context, seen)]))
+    return SCORER.weighed(placements, on_one_plan([Evidence(figures, context, seen)]))
 
 
 def among(drawn, priors=None):
-    return JUDGE.among_storeys(drawn, priors or [0.0] * len(drawn), [True] * len(drawn))
+    return SCORER.among_storeys(drawn, priors or [0.0] * len(drawn), [True] * len(drawn))
 
 
 @settings(max_examples=40, deadline=None)
 @given(storeys)
 def test_probabilities_add_up(supports):
-    told = among([verdict(each) for each in supports])
+    told = among([posterior(each) for each in supports])
     placed = sum(float(each.placements.probability.sum()) for each in told)
     for each in told:
         assert placed + each.none + each.foreign == pytest.approx(1.0)
@@ -55,7 +55,7 @@ def test_probabilities_add_up(supports):
 def test_the_order_says_nothing(supports, random):
     order = list(range(len(supports)))
     random.shuffle(order)
-    drawn = [verdict(each) for each in supports]
+    drawn = [posterior(each) for each in supports]
     straight, shuffled = among(drawn), among([drawn[k] for k in order])
     for k, each in zip(order, shuffled, strict=True):
         assert each.best == pytest.approx(straight[k].best, rel=1e-3, abs=1e-9)
@@ -64,7 +64,7 @@ def test_the_order_says_nothing(supports, random):
 @settings(max_examples=40, deadline=None)
 @given(storeys, st.floats(0.1, 3.0))
 def test_more_prior_makes_a_storey_more_probable(supports, nats):
-    drawn = [verdict(each) for each in supports]
+    drawn = [posterior(each) for each in supports]
     even = among(drawn)[0].best
     assert among(drawn, [nats] + [0.0] * (len(drawn) - 1))[0].best >= even
 

@@ -39,8 +39,8 @@ def intel_localized(tmp_path, settings=()):
     arguments += ['--resolution', str(truth.plan.resolution)]
     for setting in (
         'pose.scale_tolerance=0.25',
-        'pose.strain_sigma=0.05',
-        'localizer.tick_period_s=30',
+        'pose.anisotropy_sigma=0.05',
+        'localizer.update_period_s=30',
         *settings,
     ):
         arguments += ['--set', setting]

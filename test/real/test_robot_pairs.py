@@ -145,7 +145,7 @@ def test_the_command_matches_two_maps_of_stated_scale(pairs, tmp_path):
     out = tmp_path / 'match.json'
     plan, robot = (DATA / 'gdc' / kind / 'gdc1.yaml' for kind in ('floorplan', 'robot_maps'))
     with pytest.raises(SystemExit) as ended:
-        main(['match', '--plan', str(plan), '--submap', str(robot), '--json', str(out)])
+        main(['match', '--floorplan', str(plan), '--submap', str(robot), '--json', str(out)])
     assert ended.value.code in (0, None)
     said = json.loads(out.read_text())
     assert said['status'] == 'matched'

@@ -18,7 +18,7 @@ from fpnet_core.io.bags import BagReader
 from fpnet_core.io.runs import read_output
 from fpnet_core.io.sessions import TICK_NAME
 from fpnet_core.types import Status
-from fpnet_lab.evaluation.demo import judge_demo
+from fpnet_lab.evaluation.demo import rate_demo
 from msg_adapters.clouds import cloud_from_msg
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
@@ -82,7 +82,7 @@ def test_a_session_leaves_its_files_and_no_process(short_recording, tmp_path):
     last = read_output(out / TICK_NAME)
     assert last.status is not Status.NO_PLAN
     assert last.submap is not None
-    run = judge_demo(short_recording, out)
+    run = rate_demo(short_recording, out)
     assert run.registered_scans == SCANS
     assert run.summary.poses == len(run.published)
     assert {path.stem for path in (out / 'log').iterdir()} == {

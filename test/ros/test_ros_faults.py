@@ -61,7 +61,7 @@ class Drive:
             {
                 'max_pending_scans': 60,
                 'stale_input_s': 1.0,
-                'localizer.tick_period_s': 0.3,
+                'localizer.update_period_s': 0.3,
                 reliable.format('frame'): 'reliable',
                 reliable.format('odometry'): 'reliable',
             },

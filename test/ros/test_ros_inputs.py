@@ -137,7 +137,7 @@ def test_a_frame_of_the_odometry_has_no_slash_where_tf_has_none():
     robot.odometry(0)
     robot.cloud(START_NS)
     (scan,) = robot.located
-    assert (scan.placing.odom_frame, scan.placing.tf_frame) == ('odom', 'odom')
+    assert (scan.sensor_pose.odom_frame, scan.sensor_pose.tf_frame) == ('odom', 'odom')
 
 
 @pytest.mark.parametrize(('child', 'is_mounted'), [('base', True), ('lidar', False)])

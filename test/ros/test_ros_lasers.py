@@ -201,7 +201,7 @@ def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
     assert len(located) == 4  # the last two end after the newest odometry
     assert scan_input.unlocated == 0
     for scan in located:
-        assert scan.placing.odom_frame == 'odom'
+        assert scan.sensor_pose.odom_frame == 'odom'
         np.testing.assert_allclose(scan.T_odom_sensor, base_at(scan.stamp_ns), atol=1e-3)
         cloud = scan.unpack()
         in_room = cloud.points @ scan.T_odom_sensor[:3, :3].T + scan.T_odom_sensor[:3, 3]

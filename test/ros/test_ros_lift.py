@@ -105,7 +105,7 @@ def test_two_claims_and_no_wrong_pose_though_nobody_says_a_word(bench, recorded)
         'localizer',
         {
             'site': f'{recorded.folder}/site.yaml',
-            'localizer.tick_period_s': 0.5,
+            'localizer.update_period_s': 0.5,
             'max_pending_scans': 30,
             reliable.format('/kiss/frame'): 'reliable',
             reliable.format('/kiss/odometry'): 'reliable',

@@ -54,11 +54,11 @@ class Viewer:
                 self.events.append(json.loads(line.removeprefix(b'data: ')))
 
     @property
-    def ticks(self) -> list[dict]:
+    def updates(self) -> list[dict]:
         return [event['moment'] for event in list(self.events) if event['kind'] == 'tick']
 
     def has(self, status: str) -> bool:
-        return any(tick['status'] == status for tick in self.ticks)
+        return any(update['status'] == status for update in self.updates)
 
 
 def test_a_page_follows_a_running_localizer_to_its_end(bench):
@@ -66,7 +66,7 @@ def test_a_page_follows_a_running_localizer_to_its_end(bench):
     node = bench.start(
         'localizer',
         {
-            'localizer.tick_period_s': 0.3,
+            'localizer.update_period_s': 0.3,
             'max_pending_scans': 100,
             reliable.format('frame'): 'reliable',
             reliable.format('odometry'): 'reliable',
@@ -90,15 +90,15 @@ def test_a_page_follows_a_running_localizer_to_its_end(bench):
         bench.wait_for(lambda: False, SCAN_NS * 1e-9)
     assert bench.wait_for(lambda: viewer.has('localized'), PATIENCE_S), viewer.lines
 
-    tick = next(tick for tick in viewer.ticks if tick['status'] == 'localized')
-    A, path = np.array(tick['placements'][0]['A_plan_submap']), np.array(tick['path'])[:, -1]
+    update = next(update for update in viewer.updates if update['status'] == 'localized')
+    A, path = np.array(update['placements'][0]['A_plan_submap']), np.array(update['path'])[:, -1]
     here = A_BUILDING_PLAN.apply(A[:, :2] @ path + A[:, 2])
     assert np.linalg.norm(np.array(drive())[:, :2] - here, axis=1).min() < 1.0
-    assert tick['rooms'] > 0
-    assert tick['picture']
-    assert tick['heading'] is not None
-    assert tick['matches']
-    assert 'wall' in tick['reason']
+    assert update['rooms'] > 0
+    assert update['picture']
+    assert update['heading'] is not None
+    assert update['matches']
+    assert 'wall' in update['reason']
 
     bench.group.stop()
     deadline = time.monotonic() + 60.0

@@ -96,7 +96,7 @@ def test_bad_input_is_named_once_and_nothing_is_lost(bench, tmp_path):
         'localizer',
         {
             'run_dir': str(tmp_path / 'run'),
-            'localizer.tick_period_s': 0.2,
+            'localizer.update_period_s': 0.2,
             'max_pending_scans': 30,
             reliable.format('frame'): 'reliable',
             reliable.format('odometry'): 'reliable',
@@ -159,7 +159,7 @@ def test_scans_without_odometry_are_dropped_and_named_and_late_odometry_is_welco
     node = bench.start(
         'localizer',
         {
-            'localizer.tick_period_s': 0.2,
+            'localizer.update_period_s': 0.2,
             'max_pending_scans': 5,
             'stale_input_s': 1.0,
             reliable.format('frame'): 'reliable',
@@ -195,7 +195,7 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
     statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
     limit, burst = 1, 60
-    node = bench.start('localizer', {'localizer.tick_period_s': 0.2, 'max_pending_scans': limit})
+    node = bench.start('localizer', {'localizer.update_period_s': 0.2, 'max_pending_scans': limit})
     floorplans = bench.node.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
     floorplans.publish(grid_to_msg(_two_rooms(), START_NS, 'drawing'))
     robot = _Robot(bench)
@@ -249,7 +249,7 @@ def test_bad_weights_and_parameters_end_the_node_with_one_line(bench, tmp_path):
     cases = {
         'weights': ({'matcher.weights': str(tmp_path / 'absent.safetensors')}, 'absent'),
         'range': ({'submap.resolution_m': 5.0}, 'submap.resolution_m'),
-        'type': ({'localizer.tick_period_s': 'often'}, 'localizer.tick_period_s'),
+        'type': ({'localizer.update_period_s': 'often'}, 'localizer.update_period_s'),
     }
     started = {
         name: bench.start_as(name, 'localizer', parameters)

@@ -221,10 +221,10 @@ def test_parameters_change_where_that_is_safe_and_are_refused_with_a_reason(robo
     assert 'submap.resolution_m is read when the node is configured' in refused.reason
     assert f'ros2 lifecycle set {NODE} deactivate' in refused.reason
     assert not robot.set('transform_tolerance', -1.0).successful
-    assert robot.set('localizer.tick_period_s', 0.5).successful
+    assert robot.set('localizer.update_period_s', 0.5).successful
     misspelt = robot.set('localizer.claim_probabilty', 0.9)
     assert not misspelt.successful
-    assert 'did you mean localizer.claim_probability?' in misspelt.reason
+    assert 'did you mean localizer.accept_probability?' in misspelt.reason
 
 
 def test_thresholds_change_with_the_next_tick(robot):

@@ -51,11 +51,11 @@ def test_deactivating_does_not_wait_for_a_tick_whose_end_stays_unheard(node, mon
         may_end.wait(20.0)
         return self.output
 
-    monkeypatch.setattr(Localizer, 'tick', slow_tick)
+    monkeypatch.setattr(Localizer, 'update', slow_tick)
     node.trigger_configure()
     node.trigger_activate()
     node._on_floorplan(ServedPlan(plan_grid(), 'drawing', GridScale(1)))
-    node._start_tick()
+    node._start_update()
     assert begun.wait(20.0)
     monkeypatch.setattr(node._out, 'publish_pose', published.append)
     started_s = time.monotonic()
@@ -126,13 +126,13 @@ def test_whatever_part_fails_is_told_once_and_leaves_nothing_behind(
 def test_a_defect_while_saving_ends_every_thread_all_the_same(node, monkeypatch, capfd):
     before = threading.active_count()
     node.trigger_configure()
-    node._telling.newest = object()
+    node._publisher.newest = object()
 
     def broken(self):
         raise np.linalg.LinAlgError('planted')
 
     monkeypatch.setattr(StateFile, 'save', broken)
-    node._ticks.submit(lambda: None)
+    node._updates.submit(lambda: None)
     node.trigger_cleanup()
     (line,) = errors(capfd)
     assert 'cleanup failed: internal error, please report it: LinAlgError: planted' in line

@@ -14,16 +14,16 @@ pytest.importorskip('rclpy')
 from rclpy.clock import ROSClock
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.geometry.whereabouts import Placing
+from fpnet_core.geometry.pose_lookup import SensorPose
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
-from fpnet_core.spread import Growth, PoseSpread, Signs
+from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_ros import health as health_module
 from fpnet_ros.health import LOST, ClockSilence, Health
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.outputs import LocalizerOutputs, Moment
+from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
 from msg_adapters.transforms import transform_from_msg
 
@@ -75,23 +75,23 @@ def outputs(topics):
 
 def scan(stamp_ns=STAMP_NS):
     base, T_tf_odom = T_ODOM_BASE.as_matrix4(), T_TF_ODOM.as_matrix4()
-    placing = Placing('odom', base, base, 'wheels', T_tf_odom)
-    return LocatedScan(lambda: None, stamp_ns, placing)
+    sensor_pose = SensorPose('odom', base, base, 'wheels', T_tf_odom)
+    return LocatedScan(lambda: None, stamp_ns, sensor_pose)
 
 
 def snapshot(status=Status.LOCALIZED, grid=GRID):
     submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
-    signs = Signs(np.eye(3), np.zeros(1))
+    features = PoseFeatures(np.eye(3), np.zeros(1))
     growth = Growth(0.05, 0.01, 0.003, 0.002)
     cov = np.diag([0.1, 0.2, 0.01])
-    spread = PoseSpread(cov, np.array([3.5, 9.0]), STAMP_NS - SECOND_NS, growth, signs)
-    claim = (A_PLAN_ODOM, spread) if status is Status.LOCALIZED else ()
+    covariance = PoseCovariance(cov, np.array([3.5, 9.0]), STAMP_NS - SECOND_NS, growth, features)
+    claim = (A_PLAN_ODOM, covariance) if status is Status.LOCALIZED else ()
     output = LocalizerOutput(STAMP_NS, status, *claim, submap=submap)
     return Snapshot(output, SimpleNamespace(given=grid))
 
 
 def test_pose_twin_and_tf_are_of_one_snapshot(topics, outputs):
-    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    outputs.publish_pose(StampedOutput.of(snapshot(), FRAME, scan()))
     (pose,), (msg,) = topics.poses(), topics.sent['floorplan_pose_with_covariance']
     assert (pose.frame_id, pose.stamp_ns) == ('drawing', STAMP_NS)
     np.testing.assert_allclose(
@@ -112,7 +112,7 @@ def test_pose_twin_and_tf_are_of_one_snapshot(topics, outputs):
 
 @needs_tf
 def test_the_tf_leads_to_the_frame_that_it_is_published_for(topics, outputs):
-    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    outputs.publish_pose(StampedOutput.of(snapshot(), FRAME, scan()))
     outputs.broadcast(STAMP_NS)
     (tf,) = topics.tfs()
     assert (tf.parent, tf.child, tf.stamp_ns) == ('map', 'wheels', STAMP_NS)
@@ -126,11 +126,13 @@ def test_the_tf_leads_to_the_frame_that_it_is_published_for(topics, outputs):
 def test_a_tf_is_repeated_for_new_stamps_until_nothing_is_claimed(topics, outputs):
     outputs.broadcast(STAMP_NS)
     assert topics.tfs() == []
-    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    outputs.publish_pose(StampedOutput.of(snapshot(), FRAME, scan()))
     for stamp_ns in (STAMP_NS, STAMP_NS, STAMP_NS + 1):
         outputs.broadcast(stamp_ns)
     assert [tf.stamp_ns for tf in topics.tfs()] == [STAMP_NS, STAMP_NS + 1]
-    outputs.publish_pose(Moment.of(snapshot(Status.LOST), FRAME, scan(STAMP_NS + SECOND_NS)))
+    outputs.publish_pose(
+        StampedOutput.of(snapshot(Status.LOST), FRAME, scan(STAMP_NS + SECOND_NS))
+    )
     outputs.broadcast(STAMP_NS + 2)
     assert len(topics.tfs()) == 2
     assert len(topics.poses()) == 1
@@ -138,9 +140,9 @@ def test_a_tf_is_repeated_for_new_stamps_until_nothing_is_claimed(topics, output
 
 def test_each_scan_has_one_pose(topics, outputs):
     for stamp_ns in (STAMP_NS, STAMP_NS, STAMP_NS + SECOND_NS):
-        outputs.publish_pose(Moment.of(snapshot(), FRAME, scan(stamp_ns)))
+        outputs.publish_pose(StampedOutput.of(snapshot(), FRAME, scan(stamp_ns)))
     assert [pose.stamp_ns for pose in topics.poses()] == [STAMP_NS, STAMP_NS + SECOND_NS]
-    outputs.publish_tick(Moment.of(snapshot(), FRAME, None))
+    outputs.publish_tick(StampedOutput.of(snapshot(), FRAME, None))
     (path,) = topics.sent['floorplan_path']
     assert len(path.poses) == 1, 'the robot has not moved'
 
@@ -157,7 +159,7 @@ def test_each_scan_has_one_pose(topics, outputs):
 )
 def test_what_does_not_belong_together_is_not_published(topics, outputs, told, frame, newest):
     """An output of one floorplan and the frames of another, above all."""
-    moment = Moment.of(told, frame, newest)
+    moment = StampedOutput.of(told, frame, newest)
     assert moment.located is None
     outputs.publish_pose(moment)
     outputs.broadcast(STAMP_NS)

@@ -79,7 +79,7 @@ class Robot:
         self.statuses.clear()
         self.diagnostics.clear()
         common = {
-            'localizer.tick_period_s': 0.2,
+            'localizer.update_period_s': 0.2,
             'max_pending_scans': PENDING,
             RELIABLE.format('frame'): 'reliable',
             RELIABLE.format('odometry'): 'reliable',
@@ -221,8 +221,8 @@ def test_full_and_read_only_disks_are_told_once_and_stop_nothing(robot, small_di
     robot.start('disks', parameters, small_disks)
     assert robot.send_until(lambda: robot.explored_m2() > 20.0), robot.tail()
     assert robot.bench.wait_for(lambda: robot.says('cannot write') >= 2), robot.tail()
-    ticks = len(robot.statuses)
-    assert robot.send_until(lambda: len(robot.statuses) > ticks + 5), 'it goes on'
+    updates = len(robot.statuses)
+    assert robot.send_until(lambda: len(robot.statuses) > updates + 5), 'it goes on'
     response = robot.bench.call(Trigger, 'localizer/save_state')
     assert not response.success
     assert 'No space left on device' in response.message
@@ -270,8 +270,8 @@ def test_bad_initial_poses_are_told_once_each_and_change_nothing(running):
         running.words.publish(msg)
     for text in bad:
         assert running.bench.wait_soon(lambda t=text: running.says(t) == 1, SOON_S), running.tail()
-    ticks = len(running.statuses)
-    assert running.send_until(lambda: len(running.statuses) > ticks + 3)
+    updates = len(running.statuses)
+    assert running.send_until(lambda: len(running.statuses) > updates + 3)
     assert all(running.says(text) == 1 for text in bad)
     assert not running.says('took the initial pose')
 
@@ -325,8 +325,8 @@ def test_a_clock_that_goes_back_is_waiting_within_a_second(running):
 def test_a_replaced_floorplan_is_taken_within_a_second(running):
     running.show('other')
     assert running.bench.wait_soon(lambda: running.says('in frame other') == 1, SOON_S)
-    ticks = len(running.statuses)
-    assert running.send_until(lambda: len(running.statuses) > ticks + 1)
+    updates = len(running.statuses)
+    assert running.send_until(lambda: len(running.statuses) > updates + 1)
     assert running.report.status is not Status.NO_PLAN
 
 
@@ -340,7 +340,7 @@ def test_without_its_server_the_floorplan_stays_and_diagnostics_say_so(running):
 
     assert running.bench.wait_soon(told, 3.0), running.tail()
     assert running.says('topic missing (/floorplan)') == 1
-    ticks = len(running.statuses)
-    assert running.send_until(lambda: len(running.statuses) > ticks + 3)
+    updates = len(running.statuses)
+    assert running.send_until(lambda: len(running.statuses) > updates + 3)
     assert running.report.status is not Status.NO_PLAN
     assert running.says('topic missing (/floorplan)') == 1

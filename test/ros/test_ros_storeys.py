@@ -53,7 +53,7 @@ def test_it_says_on_which_storey_it_is_and_hears_of_the_level(bench, tmp_path):
         'localizer',
         {
             'site': str(written_site(tmp_path)),
-            'localizer.tick_period_s': 0.3,
+            'localizer.update_period_s': 0.3,
             'max_pending_scans': 100,
             'scan_timeout_s': 600.0,  # a busy machine looks later than the last scan is good for
             reliable.format('frame'): 'reliable',

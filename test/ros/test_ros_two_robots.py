@@ -61,7 +61,7 @@ class Robot:
             {
                 'base_frame': frames['base'],
                 'max_pending_scans': 50,
-                'localizer.tick_period_s': 0.4,
+                'localizer.update_period_s': 0.4,
                 reliable: 'reliable',
                 **parameters,
             },

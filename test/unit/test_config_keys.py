@@ -21,8 +21,8 @@ def test_every_key_is_one_to_set():
     ('typed', 'meant'),
     [
         ('submap.resolution', 'submap.resolution_m'),
-        ('localiser.tick_period_s', 'localizer.tick_period_s'),
-        ('claim_probability', 'localizer.claim_probability'),
+        ('localiser.update_period_s', 'localizer.update_period_s'),
+        ('accept_probability', 'localizer.accept_probability'),
         ('sead', 'seed'),
     ],
 )

@@ -78,10 +78,12 @@ def _word_pairs(text):
     return list(pairwise(words))
 
 
-@pytest.mark.parametrize(('name', 'least'), [('troubleshooting.md', 8), ('doctor.md', 5)])
+@pytest.mark.parametrize(
+    ('name', 'least'), [('docs/troubleshooting.md', 8), ('notes/doctor.md', 5)]
+)
 def test_what_pages_of_symptoms_quote_is_what_is_said(name, least):
     """Most pairs of words are: between the others a message is filled in."""
-    page = (ROOT / 'docs' / name).read_text(encoding='utf-8')
+    page = (ROOT / name).read_text(encoding='utf-8')
     folders = (ROOT / name for name in ('fpnet', 'fpnet_core', 'fpnet_ros'))
     files = [path for folder in folders for path in folder.rglob('*.py')]
     literals = '\n'.join(path.read_text(encoding='utf-8') for path in files)

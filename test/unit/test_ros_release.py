@@ -42,6 +42,7 @@ def test_the_changelog_is_one_that_catkin_reads():
 def test_markup_of_entries_becomes_that_of_restructured_text():
     as_catkin = runpy.run_path(str(ROOT / 'tools' / 'changelog.py'))['as_catkin']
     text = '## 0.2.0 (2026-12-01)\n\n- [It](a.md), `a_b`\n  and c_d.\n\n### More\n\n- **B**\n'
+    text += '\n### Renamed\n\n| old | new |\n|---|---|\n| `a` | `b` |\n'
     assert as_catkin(text).split('\n')[4:] == [
         '0.2.0 (2026-12-01)',
         '------------------',

@@ -61,7 +61,7 @@ _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
 # Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
-# sheets of the tune half (docs/drawings.md).
+# sheets of the tune half (notes/drawings.md).
 _WALLS_COUNT = 2.5
 _FAINT = 0.15  # probability of a line that shuts off a space in a small picture
 _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared

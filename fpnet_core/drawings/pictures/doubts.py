@@ -24,7 +24,7 @@ from scipy.special import expit
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.building import SeenBuilding, first_cells
-from fpnet_core.drawings.pictures.found import Found, rooms_of, stride
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, rooms_of, stride
 from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings
 from fpnet_core.drawings.types import Box, Chances, Doubtful
 from fpnet_core.errors import WeightsError
@@ -171,7 +171,7 @@ def model_of(stored: dict[str, Any]) -> DoubtModel:
     )
 
 
-def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
+def evidence_of(found: PlanHypothesis, config: SegmentationConfig) -> SheetEvidence:
     """Return what speaks for and against a building that the parser saw, with rooms."""
     rooms, seen = found.segmentation, found.seen
     assert seen is not None, 'a map is what it shows'
@@ -200,7 +200,7 @@ def evidence_of(found: Found, config: SegmentationConfig) -> SheetEvidence:
     return SheetEvidence(of_rooms, np.array(whole))
 
 
-def _first_cells(found: Found, seen: SeenBuilding) -> NDArray[np.int8]:
+def _first_cells(found: PlanHypothesis, seen: SeenBuilding) -> NDArray[np.int8]:
     """Return the cells (H, W) by the first look alone, without lines that were left out."""
     cells = first_cells(seen)
     gone = grown((seen.cells == OCCUPIED) & (found.cells == FREE), _LINE_CELLS)
@@ -215,7 +215,7 @@ def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:
     return np.array([*of_rooms, *evidence.whole])
 
 
-def doubts_of(found: Found, config: SegmentationConfig) -> Doubts:
+def doubts_of(found: PlanHypothesis, config: SegmentationConfig) -> Doubts:
     """Return whether to believe a building that was found."""
     rooms = found.segmentation
     if not rooms.rooms:
@@ -237,7 +237,7 @@ def doubts_of(found: Found, config: SegmentationConfig) -> Doubts:
     return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
 
 
-def _at_cells(chances: Chances, found: Found) -> Chances:
+def _at_cells(chances: Chances, found: PlanHypothesis) -> Chances:
     """Return the probabilities (K, H, W) at the cells of the rooms, row 0 lowest."""
     step = stride(found.cells)
     rows, cols = found.segmentation.grid.shape
@@ -318,7 +318,7 @@ def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
     return np.asarray(shares[1 : count + 1, 1:].max(axis=1))
 
 
-def _places(found: Found, evidence: SheetEvidence, right: Array) -> Iterator[Doubtful]:
+def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Iterator[Doubtful]:
     """Yield the doubtful rooms on the drawing, the surest to be wrong first."""
     for number in np.argsort(right):
         if right[number] < _DOUBTFUL:
@@ -332,7 +332,7 @@ def _places(found: Found, evidence: SheetEvidence, right: Array) -> Iterator[Dou
             yield Doubtful(cause, _box(found, found.segmentation.rooms[number].polygon))
 
 
-def _box(found: Found, xy: Array) -> Box:
+def _box(found: PlanHypothesis, xy: Array) -> Box:
     """Return the box in the drawing's pixels around places (N, 2) of the plan."""
     low, high = xy.min(axis=0), xy.max(axis=0)
     corners = np.array([low, [low[0], high[1]], high, [high[0], low[1]]])
@@ -341,7 +341,7 @@ def _box(found: Found, xy: Array) -> Box:
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
 
 
-def _said(places: Sequence[Doubtful], found: Found) -> Iterator[str]:
+def _said(places: Sequence[Doubtful], found: PlanHypothesis) -> Iterator[str]:
     """Yield a sentence for each cause: how many, where, why and what to do."""
     whole = _box(found, np.concatenate([room.polygon for room in found.segmentation.rooms]))
     for name, (why, remedy) in _CAUSES.items():

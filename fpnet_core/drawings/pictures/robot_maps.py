@@ -7,7 +7,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pictures.tones import Levels, brightness, colourfulness, commonest_levels
+from fpnet_core.drawings.pictures.binarization import (
+    Levels,
+    brightness,
+    colourfulness,
+    commonest_levels,
+)
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import interpret
 from fpnet_core.raster.windows import border_of

@@ -53,7 +53,7 @@ def find_straightening(levels: Levels, outline: Array | None = None) -> Array:
     Parameters
     ----------
     levels : (H, W)
-        Contrast of lines, as of :func:`fpnet_core.drawings.pictures.tones.contrast`.
+        Contrast of lines, as of :func:`fpnet_core.drawings.pictures.binarization.contrast`.
     outline : (V, 2)
         Of the sheet that was photographed, x and y in pixels; None where none is seen.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.found import Found
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis
 from fpnet_core.drawings.pictures.thickness import THIN, thin_walls
 from fpnet_core.raster.morphology import Mask, opened_by, shrunk, square
 from fpnet_core.raster.pieces import pieces_of
@@ -27,7 +27,7 @@ _SIDES = (2, 3, 4, 6, 8, 12)
 _USUAL_SHARE = 0.5  # of the area of all walls is that of those at least as thick as the usual one
 
 
-def without_thin_lines(found: Found, config: SegmentationConfig) -> Found:
+def without_thin_lines(found: PlanHypothesis, config: SegmentationConfig) -> PlanHypothesis:
     """
     Return a building without lines that are thinner than walls, where they take rooms' doors.
 

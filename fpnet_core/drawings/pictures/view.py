@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
-from fpnet_core.drawings.pictures.tones import (
+from fpnet_core.drawings.pictures.binarization import (
     Levels,
     contrast,
     sheet_outline,
 )
+from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 

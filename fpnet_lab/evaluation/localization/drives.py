@@ -16,11 +16,11 @@ from fpnet_core.config import FpnetConfig, OdometryConfig, SubmapConfig
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.pose import MapSide
+from fpnet_core.pose import PreparedMap
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_lab.baselines.monte_carlo import planar_slice
-from fpnet_lab.evaluation.localization.records import MethodRun, TickBelief
+from fpnet_lab.evaluation.localization.records import MethodRun, UpdateEstimate
 
 KEEP_EVERY = 3
 """One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
@@ -84,10 +84,10 @@ class ProductRun:
 
     run: MethodRun
     replay: ReplayResult
-    plan: MapSide
+    plan: PreparedMap
 
     @property
-    def ticks(self) -> tuple[LocalizerOutput, ...]:
+    def updates(self) -> tuple[LocalizerOutput, ...]:
         """Outputs of the ticks that had a submap to work on, in time order."""
         return tuple(
             o for o in self.replay.outputs if o.submap is not None and o.match is not None
@@ -95,7 +95,7 @@ class ProductRun:
 
 
 def run_product(
-    scans: Iterable[Scan], plan: GridMap, config: FpnetConfig, tick_period_s: float
+    scans: Iterable[Scan], plan: GridMap, config: FpnetConfig, update_period_s: float
 ) -> ProductRun:
     """
     Run the localizer over registered scans, ticking in sensor time.
@@ -108,7 +108,9 @@ def run_product(
     localizer = create_localizer(config)
     localizer.set_plan(plan)
     rss_mb = [0.0]
-    result = replay(scans, localizer, tick_period_s, on_scan=lambda: rss_mb.append(resident_mb()))
+    result = replay(
+        scans, localizer, update_period_s, on_scan=lambda: rss_mb.append(resident_mb())
+    )
     assert localizer.plan is not None  # it was set above
     run = MethodRun(
         published=result.published,
@@ -133,10 +135,10 @@ def resident_mb() -> float:
     return float(values[0]) / _KB_PER_MB if values else 0.0
 
 
-def _belief(output: LocalizerOutput) -> TickBelief:
+def _belief(output: LocalizerOutput) -> UpdateEstimate:
     if output.status is Status.LOCALIZED:
-        return TickBelief(output.stamp_ns, output.probability, output.A_plan_odom)
+        return UpdateEstimate(output.stamp_ns, output.probability, output.A_plan_odom)
     if not output.estimates or output.submap is None:
-        return TickBelief(output.stamp_ns, output.probability, None)
+        return UpdateEstimate(output.stamp_ns, output.probability, None)
     placed = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
-    return TickBelief(output.stamp_ns, output.probability, placed)
+    return UpdateEstimate(output.stamp_ns, output.probability, placed)

@@ -46,7 +46,7 @@ def figures(records: Sequence[Record]) -> Figures:
     """
     closed = [record for record in records if not record.is_open_set]
     wrong = [record.wrong_poses for record in closed]
-    ticks = np.concatenate([np.zeros(0), *(np.array(r.tick_ms) for r in records)])
+    updates = np.concatenate([np.zeros(0), *(np.array(r.tick_ms) for r in records)])
     return {
         'recall_1m_10deg': _mean([record.is_right for record in closed]),
         'recall_05m_5deg': _mean([record.is_tight for record in closed]),
@@ -58,9 +58,9 @@ def figures(records: Sequence[Record]) -> Figures:
         'nees_mean': _mean(_said(r.nees_mean for r in closed)),
         'inside_95': _mean(_said(r.inside_95 for r in closed)),
         'open_set_false_claims': sum(r.is_open_set and r.poses > 0 for r in records),
-        'ece': calibration_error([belief for r in records for belief in r.beliefs]),
-        'tick_ms_p50': _rounded(quantile(ticks, 0.5)),
-        'tick_ms_p95': _rounded(quantile(ticks, 0.95)),
+        'ece': calibration_error([estimate for r in records for estimate in r.beliefs]),
+        'tick_ms_p50': _rounded(quantile(updates, 0.5)),
+        'tick_ms_p95': _rounded(quantile(updates, 0.95)),
         'add_scan_ms_p50': median(r.add_scan_ms for r in records),
         'rss_mb_max': max((r.rss_mb for r in records), default=None),
         'runs': len(records),

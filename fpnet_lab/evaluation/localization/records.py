@@ -13,7 +13,7 @@ from fpnet.accuracy import pose_errors, summarize_run
 from fpnet_core.geometry import Affine2D, angle_between
 from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 
-JUDGED_AT_M = 40.0
+SCORED_AT_M = 40.0
 """
 Path after which a generated run must be right; shorter tours are judged at their end. Chosen.
 """
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class TickBelief:
+class UpdateEstimate:
     """The best placement at a tick, None where there is none, and its probability."""
 
     stamp_ns: int
@@ -48,7 +48,7 @@ class MethodRun:
 
     published: PlanarTrajectory
     odometry: PlanarTrajectory
-    beliefs: tuple[TickBelief, ...]
+    beliefs: tuple[UpdateEstimate, ...]
     tick_ms: Array
     add_scan_ms: Array
     rss_mb: float
@@ -106,7 +106,7 @@ class Record(RunLabels):
     inside_95: float | None = None
 
 
-def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
+def score(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
     """Compare a run with the truth; None says that no pose is right: another building's plan."""
     summary = summarize_run(
         run.published,
@@ -156,9 +156,9 @@ def belief_errors(run: MethodRun, truth: Truth) -> list[tuple[float, float] | No
     """Errors [m], [rad] of the robot's place at each tick if the best placement holds."""
     return [
         None
-        if belief.A_plan_odom is None
-        else robot_error(belief.stamp_ns, belief.A_plan_odom, run.odometry, truth)
-        for belief in run.beliefs
+        if estimate.A_plan_odom is None
+        else robot_error(estimate.stamp_ns, estimate.A_plan_odom, run.odometry, truth)
+        for estimate in run.beliefs
     ]
 
 
@@ -175,11 +175,11 @@ def robot_error(
 
 def _judged_beliefs(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, bool], ...]:
     if truth is None:
-        placed = [belief for belief in run.beliefs if belief.A_plan_odom is not None]
-        return tuple((round(belief.probability, 4), False) for belief in placed)
-    judged = zip(run.beliefs, belief_errors(run, truth), strict=True)
+        placed = [estimate for estimate in run.beliefs if estimate.A_plan_odom is not None]
+        return tuple((round(estimate.probability, 4), False) for estimate in placed)
+    scored = zip(run.beliefs, belief_errors(run, truth), strict=True)
     return tuple(
-        (round(belief.probability, 4), error[0] <= RIGHT[0] and error[1] <= RIGHT[1])
-        for belief, error in judged
+        (round(estimate.probability, 4), error[0] <= RIGHT[0] and error[1] <= RIGHT[1])
+        for estimate, error in scored
         if error is not None
     )

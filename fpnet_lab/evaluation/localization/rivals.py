@@ -25,7 +25,7 @@ from fpnet_lab.baselines.correlative import search_placement
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
 from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, resident_mb
-from fpnet_lab.evaluation.localization.records import MethodRun, TickBelief, stamp_at_path
+from fpnet_lab.evaluation.localization.records import MethodRun, UpdateEstimate, stamp_at_path
 
 CHECKPOINTS_M = (10.0, 20.0, 40.0)
 """
@@ -53,7 +53,7 @@ def run_rivals(
     scales = allowed_scales(config.pose.scale_tolerance)
     search, plan = BranchAndBound(product.plan.evidence, scales), product.plan.segmentation.grid
     return {
-        'matcher_ransac': _looking(product, product.ticks, _ransac(product)),
+        'matcher_ransac': _looking(product, product.updates, _ransac(product)),
         'branch_and_bound': _looking(
             product,
             _checkpoints(product, CHECKPOINTS_M),
@@ -75,21 +75,21 @@ def run_rivals(
 
 
 def _ransac(product: ProductRun) -> Look:
-    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
-        assert tick.graph is not None and tick.match is not None  # noqa: PT018
+    def look(update: LocalizerOutput) -> tuple[Answer | None, float]:
+        assert update.graph is not None and update.match is not None  # noqa: PT018
         start = time.perf_counter()
-        placement = place_by_ransac(product.plan.graph, tick.graph, tick.match)
+        placement = place_by_ransac(product.plan.graph, update.graph, update.match)
         own_ms = 1e3 * (time.perf_counter() - start)
-        return placement, own_ms + sum(tick.timings_ms.get(s, 0.0) for s in _SHARED_STAGES)
+        return placement, own_ms + sum(update.timings_ms.get(s, 0.0) for s in _SHARED_STAGES)
 
     return look
 
 
 def _timed(place: Callable[[GridMap], Answer | None]) -> Look:
-    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
-        assert tick.submap is not None
+    def look(update: LocalizerOutput) -> tuple[Answer | None, float]:
+        assert update.submap is not None
         start = time.perf_counter()
-        placement = place(tick.submap.grid)
+        placement = place(update.submap.grid)
         return placement, 1e3 * (time.perf_counter() - start)
 
     return look
@@ -100,7 +100,7 @@ def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Ans
     found = search_placement(plan, sub, scales)
     if found is None:
         return None
-    return Answer(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), is_claimed=True)
+    return Answer(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), is_accepted=True)
 
 
 def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[LocalizerOutput, ...]:
@@ -108,27 +108,27 @@ def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[Localiz
     stamps = [stamp_at_path(product.run.odometry, path_m) for path_m in paths_m]
     found = []
     for stamp_ns in stamps:
-        before = [tick for tick in product.ticks if tick.stamp_ns <= stamp_ns]
+        before = [update for update in product.updates if update.stamp_ns <= stamp_ns]
         if before and before[-1] not in found:
             found.append(before[-1])
     return tuple(found)
 
 
-def _looking(product: ProductRun, ticks: Sequence[LocalizerOutput], look: Look) -> MethodRun:
+def _looking(product: ProductRun, updates: Sequence[LocalizerOutput], look: Look) -> MethodRun:
     """Place the submaps of some ticks; odometry carries on between them."""
-    beliefs: list[TickBelief] = []
+    beliefs: list[UpdateEstimate] = []
     claims: list[Affine2D | None] = []
     tick_ms: list[float] = []
     rss_mb = resident_mb()
-    for tick in ticks:
-        assert tick.submap is not None
-        placement, took_ms = look(tick)
+    for update in updates:
+        assert update.submap is not None
+        placement, took_ms = look(update)
         tick_ms.append(took_ms)
         rss_mb = max(rss_mb, resident_mb())
-        A = placement.A_plan_submap @ tick.submap.T_odom_submap.inv() if placement else None
-        beliefs.append(TickBelief(tick.stamp_ns, placement.score if placement else 0.0, A))
-        claims.append(A if placement and placement.is_claimed else None)
-    stamps = [tick.stamp_ns for tick in ticks]
+        A = placement.A_plan_submap @ update.submap.T_odom_submap.inv() if placement else None
+        beliefs.append(UpdateEstimate(update.stamp_ns, placement.score if placement else 0.0, A))
+        claims.append(A if placement and placement.is_accepted else None)
+    stamps = [update.stamp_ns for update in updates]
     return MethodRun(
         published=carried(product.run.odometry, stamps, claims),
         odometry=product.run.odometry,
@@ -163,7 +163,7 @@ class _Claim:
     stamp_ns: int
     share: float
     T_plan_odom: SE2
-    is_claimed: bool
+    is_accepted: bool
 
 
 def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> MethodRun:
@@ -189,15 +189,15 @@ def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> Method
                     int(odometry.stamps_ns[index]),
                     mean.share,
                     mean.T_plan_base @ T_odom_base.inv(),
-                    mean.is_claimed,
+                    mean.is_accepted,
                 )
             )
             rss_mb = max(rss_mb, resident_mb())
-    claims = [a.T_plan_odom if a.is_claimed else None for a in answers]
+    claims = [a.T_plan_odom if a.is_accepted else None for a in answers]
     return MethodRun(
         published=carried(odometry, [a.stamp_ns for a in answers], claims),
         odometry=odometry,
-        beliefs=tuple(TickBelief(a.stamp_ns, a.share, a.T_plan_odom) for a in answers),
+        beliefs=tuple(UpdateEstimate(a.stamp_ns, a.share, a.T_plan_odom) for a in answers),
         tick_ms=np.array(tick_ms),
         add_scan_ms=np.array(add_ms),
         rss_mb=rss_mb,

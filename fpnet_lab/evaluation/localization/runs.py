@@ -21,26 +21,26 @@ from fpnet_lab.evaluation.localization.inputs import (
     make_rough_plan,
 )
 from fpnet_lab.evaluation.localization.records import (
-    JUDGED_AT_M,
+    SCORED_AT_M,
     MethodRun,
     Record,
     RunLabels,
     Truth,
     belief_errors,
-    judge,
+    score,
 )
 from fpnet_lab.evaluation.localization.rivals import run_rivals
 
-TICK_PERIOD_S = 2.0
+UPDATE_PERIOD_S = 2.0
 """Sensor time between ticks, on wrong plans as well: they are claimed as quickly. Chosen."""
 
-LOG_TICK_PERIOD_S = 10.0
+LOG_UPDATE_PERIOD_S = 10.0
 """The real logs last up to 45 minutes. Chosen."""
 
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
-    'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
+    'stretched_10': {'pose': {'scale_tolerance': 0.15, 'anisotropy_sigma': 0.05}},
     'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
-    'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
+    'logs': {'pose': {'scale_tolerance': 0.25, 'anisotropy_sigma': 0.05}},
 }
 """What a user would say of plans of uncertain scale. Chosen."""
 
@@ -76,10 +76,10 @@ def run_case(job: Job) -> tuple[Record, ...]:
     case, config = job.case, settings_of(job.case, job.config)
     inputs = make_inputs(case, job.data)
     registrar = Registrar(config.odometry)
-    period_s = LOG_TICK_PERIOD_S if case.kind is CaseKind.LOG else TICK_PERIOD_S
+    period_s = LOG_UPDATE_PERIOD_S if case.kind is CaseKind.LOG else UPDATE_PERIOD_S
     product = run_product(registrar.follow(inputs.scans), inputs.plan, config, period_s)
     truth = _truth(case, inputs)
-    records = [judge(_labels(case, PRODUCT), product.run, truth)]
+    records = [score(_labels(case, PRODUCT), product.run, truth)]
     if job.with_baselines:
         records += _judged_rivals(case, product, registrar, job, truth)
     if job.strip is not None:
@@ -89,8 +89,8 @@ def run_case(job: Job) -> tuple[Record, ...]:
         records.append(_on_rough_plan(job, registrar, inputs))
     for index, (name, group, plan) in enumerate(_false_plans(job, inputs)):
         false_case = replace(case, group=group)
-        product = run_product(registrar.kept, plan, config, TICK_PERIOD_S)
-        records.append(judge(_labels(false_case, PRODUCT, name), product.run, None))
+        product = run_product(registrar.kept, plan, config, UPDATE_PERIOD_S)
+        records.append(score(_labels(false_case, PRODUCT, name), product.run, None))
         if job.with_baselines and index == 0:
             records += _judged_rivals(false_case, product, registrar, job, None, name)
     return tuple(records)
@@ -100,9 +100,9 @@ def _on_rough_plan(job: Job, registrar: Registrar, inputs: CaseInputs) -> Record
     """Run the localizer over the drive's kept scans on a rough drawing of the building."""
     case = replace(job.case, group=ROUGH_GROUP)
     rough = make_rough_plan(case)
-    product = run_product(registrar.kept, rough.grid, job.config, TICK_PERIOD_S)
-    truth = Truth(inputs.truth, rough.A_plan_building, JUDGED_AT_M)
-    return judge(_labels(case, PRODUCT, f'{case.name} {ROUGH_GROUP}'), product.run, truth)
+    product = run_product(registrar.kept, rough.grid, job.config, UPDATE_PERIOD_S)
+    truth = Truth(inputs.truth, rough.A_plan_building, SCORED_AT_M)
+    return score(_labels(case, PRODUCT, f'{case.name} {ROUGH_GROUP}'), product.run, truth)
 
 
 def settings_of(case: Case, config: FpnetConfig) -> FpnetConfig:
@@ -127,7 +127,7 @@ def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> No
 
 
 def _truth(case: Case, inputs: CaseInputs) -> Truth:
-    judged_at_m = JUDGED_AT_M if case.kind is CaseKind.GENERATED else float('inf')
+    judged_at_m = SCORED_AT_M if case.kind is CaseKind.GENERATED else float('inf')
     return Truth(inputs.truth, inputs.A_plan_truth, judged_at_m)
 
 
@@ -147,7 +147,7 @@ def _judged_rivals(
 ) -> list[Record]:
     config = settings_of(job.case, job.config)
     runs: dict[str, MethodRun] = run_rivals(product, registrar, config, job.clouds)
-    return [judge(_labels(case, name, plan), run, truth) for name, run in runs.items()]
+    return [score(_labels(case, name, plan), run, truth) for name, run in runs.items()]
 
 
 def _false_plans(job: Job, inputs: CaseInputs) -> Iterator[tuple[str, str, GridMap]]:

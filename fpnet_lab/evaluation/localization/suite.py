@@ -93,7 +93,7 @@ def _attempt(job: Job) -> CaseOutcome:
 
 def _digest(job: Job) -> str:
     config = job.config
-    weights = (config.matcher.weights, config.localizer.judge_weights)
+    weights = (config.matcher.weights, config.localizer.scorer_weights)
     content = {
         'case': asdict(job.case),
         'config': config.model_dump(mode='json'),

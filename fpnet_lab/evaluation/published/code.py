@@ -116,9 +116,9 @@ def growth(report: Row) -> Figures:
 
 
 def _growth_scores(storey: Row) -> Sequence[Score]:
-    tick, memory = f'searching tick on {AIM_M2:,} m², by the clock', 'memory at its peak'
+    update, memory = f'searching tick on {AIM_M2:,} m², by the clock', 'memory at its peak'
     return (
-        Score(tick, storey['tick'][0], Units.SECONDS.to(2), AIM_TICK_S),
+        Score(update, storey['tick'][0], Units.SECONDS.to(2), AIM_TICK_S),
         Score(memory, storey['peak_bytes'], _GIGABYTES, AIM_PEAK_BYTES),
     )
 

@@ -34,7 +34,8 @@ class Stated:
 
 def pages(root: Path) -> list[Path]:
     """Return the pages of a checkout that may state figures."""
-    return [root / 'README.md', *sorted((root / 'docs').glob('*.md'))]
+    folders = (root / 'docs', root / 'notes')
+    return [root / 'README.md', *(page for each in folders for page in sorted(each.glob('*.md')))]
 
 
 def stated(page: Path) -> Iterator[Stated]:

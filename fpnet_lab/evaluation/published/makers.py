@@ -12,7 +12,7 @@ import math
 from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
-from fpnet_lab.evaluation.published import code, judging, rooms, runs, simulator
+from fpnet_lab.evaluation.published import code, rooms, runs, scoring, simulator
 from fpnet_lab.evaluation.published.nodes import cloud_transport, doctor_faults, node_load, wirings
 from fpnet_lab.evaluation.published.sites import sites
 from fpnet_lab.evaluation.published.weights import WEIGHTS
@@ -221,9 +221,9 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'wirings': wirings,
     **dict.fromkeys(('node_load', 'node_load_kiss'), node_load),
     'cloud_transport': cloud_transport,
-    'calibration': judging.calibration,
-    'claim_rules': judging.claim_rules,
-    'judge_ablation': judging.judge_ablation,
+    'calibration': scoring.calibration,
+    'claim_rules': scoring.claim_rules,
+    'scorer_ablation': scoring.scorer_ablation,
     'long_run': runs.long_run,
     'sheet_drives': runs.sheet_drives,
     'two_programs': runs.two_programs,

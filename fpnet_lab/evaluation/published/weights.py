@@ -90,7 +90,7 @@ _DOUBTS = (
 )
 
 
-def judge(manifest: Row) -> Figures:
+def scorer(manifest: Row) -> Figures:
     """Return what claims come to on buildings left out, and of real maps by their probability."""
     found = manifest['figures']
     rows = {title: found[name] for name, title in _TRIALS.items()}
@@ -137,7 +137,7 @@ def doubts(manifest: Row) -> Figures:
 
 
 WEIGHTS: dict[str, Callable[[Row], Figures]] = {
-    'weights_judge': judge,
+    'weights_scorer': scorer,
     'weights_covariance': covariance,
     'weights_scale': scale,
     'weights_doors': doors,

@@ -21,7 +21,7 @@ class Foreign:
     """What a method said of a robot map on another building's plan."""
 
     is_same_architect: bool
-    is_claimed: bool
+    is_accepted: bool
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Outcome:
     building: str
     is_distorted: bool
     is_right: bool
-    is_claimed: bool
+    is_accepted: bool
     foreign: tuple[Foreign, ...] = ()
 
 
@@ -68,12 +68,12 @@ def by_band(outcomes: Sequence[Outcome]) -> dict[str, Shares]:
 
 def _shares(outcomes: Sequence[Outcome]) -> Shares:
     foreign = [each for o in outcomes for each in o.foreign]
-    same = [each.is_claimed for each in foreign if each.is_same_architect]
-    other = [each.is_claimed for each in foreign if not each.is_same_architect]
+    same = [each.is_accepted for each in foreign if each.is_same_architect]
+    other = [each.is_accepted for each in foreign if not each.is_same_architect]
     return {
         'right': share(o.is_right for o in outcomes),
-        'claimed_right': share(o.is_claimed and o.is_right for o in outcomes),
-        'wrong_and_claimed': share(o.is_claimed and not o.is_right for o in outcomes),
+        'claimed_right': share(o.is_accepted and o.is_right for o in outcomes),
+        'wrong_and_claimed': share(o.is_accepted and not o.is_right for o in outcomes),
         'foreign_claimed': share(same + other),
         'foreign_random_claimed': share(other),
         'foreign_same_architect_claimed': share(same),

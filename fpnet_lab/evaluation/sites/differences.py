@@ -14,9 +14,9 @@ import shapely
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import Difference, DifferenceKind, Differences, find_differences
 from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.localizer.prepared_maps import StageTimer, prepare_plan, prepare_submap
 from fpnet_core.localizer.scale import tolerant_search
-from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
-from fpnet_core.pose import MapSide, aligned_placements
+from fpnet_core.pose import PreparedMap, aligned_placements
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import OCCUPIED, GridMap
@@ -47,8 +47,8 @@ class DifferenceCase:
     """
 
     name: str
-    plan: MapSide
-    sub: MapSide
+    plan: PreparedMap
+    sub: PreparedMap
     A_plan_sub: Affine2D
     true: GridMap
     furniture: Mask
@@ -79,7 +79,7 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
     for drawn, is_changed in ((sheet, True), (true, False)):
         plan = prepare_plan(drawn, config)
         placed = aligned_placements(
-            plan.evidence, sub.evidence, Placements.of([T_plan_odom]), search.freedom
+            plan.evidence, sub.evidence, Placements.of([T_plan_odom]), search.alignment_prior
         )
         A = placed[0].A_plan_submap
         name = f'{family}_{sensor}_{seed}'

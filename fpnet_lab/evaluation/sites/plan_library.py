@@ -22,9 +22,9 @@ from fpnet.library.keypoints import Keypoints
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.localizer import create_finder
-from fpnet_core.localizer.maps import CutMap, cut_plan, cut_robot_map, match_storeys
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer import create_global_localizer
+from fpnet_core.localizer.maps import SegmentedMap, match_storeys, segment_plan, segment_robot_map
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import GridMap
@@ -58,7 +58,7 @@ class LibraryCase:
 
     group: str
     path: str
-    seen: CutMap
+    seen: SegmentedMap
     A_plan_sub: Affine2D | None = None
     path_xy: NDArray[np.float64] | None = None
 
@@ -98,7 +98,7 @@ def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> Lib
     driven = takewhile(lambda each: path_m[each[0]] <= _DRIVEN_M, true_scans(recording))
     submap = submap_of((scan for _, scan in driven), config.submap)
     A_plan_sub = drawn.A_plan_building @ SE2.from_matrix4(poses[0])
-    seen = cut_robot_map(submap, config, True)
+    seen = segment_robot_map(submap, config, True)
     return LibraryCase('drives', str(path), seen, A_plan_sub, submap.path_xy)
 
 
@@ -115,7 +115,7 @@ def real_cases(data: Path, split: str, folder: Path, config: FpnetConfig) -> Ite
 
 
 def _real_case(group: str, pair: RobotPair, folder: Path, config: FpnetConfig) -> LibraryCase:
-    seen = cut_robot_map(submap_from_grid(pair.robot), config, pair.is_metric)
+    seen = segment_robot_map(submap_from_grid(pair.robot), config, pair.is_metric)
     return LibraryCase(group, str(_real_path(pair, folder)), seen)
 
 
@@ -161,10 +161,10 @@ def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig)
     if not proposals:
         return 'none'
     cuts = {
-        storey.name: cut_plan(storey.plan.grid, config, storey.plan.scale.is_known)
+        storey.name: segment_plan(storey.plan.grid, config, storey.plan.scale.is_known)
         for storey in proposed_site(proposals, config).storeys
     }
-    found = match_storeys(cuts, case.seen, create_finder(config), StageTimer())
+    found = match_storeys(cuts, case.seen, create_global_localizer(config), StageTimer())
     name, best = next(iter(found.items()))
     if best.A_plan_sub is None:
         return 'none'

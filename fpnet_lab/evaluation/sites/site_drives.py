@@ -18,8 +18,8 @@ from fpnet_core.types import Status
 from fpnet_lab.evaluation.localization.drives import kept_scans
 from fpnet_lab.evaluation.localization.figures import median
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.evaluation.localization.records import JUDGED_AT_M, RIGHT, stamp_at_path
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.localization.records import RIGHT, SCORED_AT_M, stamp_at_path
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 from fpnet_lab.evaluation.sites.storeys_apart import parted_at_m
 from fpnet_lab.sim.drawn.storeys import DrawnStorey, Likeness, draw_storeys
 from fpnet_lab.sim.drives.recording import Recording
@@ -108,7 +108,7 @@ def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
     """Drive on one storey of site ``number``, with all storeys and with the true plan alone."""
     driven = site_drive(number, seed, config)
     true = [storey for storey in driven.storeys if storey.likeness is Likeness.TRUE]
-    return _judged(driven, _replayed(driven.scans, true, config))
+    return _scored(driven, _replayed(driven.scans, true, config))
 
 
 def _replayed(
@@ -116,16 +116,16 @@ def _replayed(
 ) -> ReplayResult:
     localizer = create_localizer(config)
     localizer.set_storeys([StoreyPlan(each.name, each.drawn.grid) for each in storeys])
-    return replay(scans, localizer, TICK_PERIOD_S)
+    return replay(scans, localizer, UPDATE_PERIOD_S)
 
 
-def _judged(driven: SiteDrive, alone: ReplayResult) -> SiteRun:
+def _scored(driven: SiteDrive, alone: ReplayResult) -> SiteRun:
     recording, storeys, run = driven.recording, driven.storeys, driven.replayed
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     named = {storey.name: storey for storey in storeys}
     is_true = [named[each].likeness is Likeness.TRUE for each in run.storeys]
     errors_m = _errors_m(run, truth, named)
-    until_ns = stamp_at_path(run.odometry, JUDGED_AT_M)
+    until_ns = stamp_at_path(run.odometry, SCORED_AT_M)
     before = np.flatnonzero(run.published.stamps_ns <= until_ns)
     is_right = len(before) > 0 and is_true[before[-1]] and errors_m[before[-1]] <= RIGHT[0]
     others = [s for s in storeys if s.likeness is not Likeness.TRUE]

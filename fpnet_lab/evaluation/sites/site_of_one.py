@@ -22,7 +22,7 @@ from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.sites.storey_plans import storey_plans
 from fpnet_lab.evaluation.localization.drives import kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 
 _ROUNDS = 2
 """Numerical: runs of each; of a tick's durations the shortest counts, as machines are busy."""
@@ -54,7 +54,7 @@ def site_of_one(seed: int, config: FpnetConfig) -> SiteOfOne:
         write_map(recording.floorplan, path)
         site = read_site(path, config)
     runs = [
-        [replay(scans, make(site, config), TICK_PERIOD_S) for make in (_on_plan, _on_site)]
+        [replay(scans, make(site, config), UPDATE_PERIOD_S) for make in (_on_plan, _on_site)]
         for _ in range(_ROUNDS)
     ]
     plain, sited = runs[0]

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from fpnet_core.differences.finding import APART_M
 from fpnet_core.geometry import SE2
-from fpnet_core.judging.kernels import look_up
-from fpnet_core.judging.rivals import NOISE_M
 from fpnet_core.localizer import ReplayResult
 from fpnet_core.pose import MapEvidence, map_evidence
+from fpnet_core.scoring.competing import NOISE_M
+from fpnet_core.scoring.kernels import look_up
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.drawn.distort import DrawnPlan
 from fpnet_lab.sim.drawn.storeys import DrawnStorey, Likeness

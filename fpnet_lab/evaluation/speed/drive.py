@@ -35,7 +35,7 @@ class _Times:
     """Durations [s] of calls, and of ticks by stage."""
 
     scans: list[Clocked] = field(default_factory=list)
-    ticks: list[Clocked] = field(default_factory=list)
+    updates: list[Clocked] = field(default_factory=list)
     segment: list[Clocked] = field(default_factory=list)
     segmenter: SubmapSegmenter = field(default_factory=SubmapSegmenter)
     explored_m2: float = 0.0
@@ -44,7 +44,7 @@ class _Times:
         """Keep a tick's time where it looked for something, and that of cutting its submap."""
         if 'segment' not in output.timings_ms or output.submap is None:
             return
-        self.ticks.append(took)
+        self.updates.append(took)
         submap = output.submap
         self.explored_m2 = submap.free_area_m2
         (_, self.segmenter), took = clocked(lambda: self.segmenter.update(submap))
@@ -65,7 +65,7 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
     explored area [m2]
     """
     recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=TOUR)
-    config = load_config(None, {'localizer.search_every_ticks': 1})
+    config = load_config(None, {'localizer.search_every_updates': 1})
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
     times = _driven(recording, localizer, seconds)
@@ -73,8 +73,8 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
         quantile_of('add_scan, 25,000 points, p50', 0.005, times.scans, 0.5),
         quantile_of('cut the submap again, p50', None, times.segment, 0.5),
         quantile_of('cut the submap again, p95', 0.060, times.segment, 0.95),
-        quantile_of('searching tick while exploring, p50', 0.030, times.ticks, 0.5),
-        quantile_of('searching tick while exploring, p95', 0.100, times.ticks, 0.95),
+        quantile_of('searching tick while exploring, p50', 0.030, times.updates, 0.5),
+        quantile_of('searching tick while exploring, p95', 0.100, times.updates, 0.95),
     ]
     return figures, times.explored_m2
 
@@ -86,8 +86,8 @@ def _driven(recording: Recording, localizer: Localizer, seconds: float | None) -
         add = partial(localizer.add_scan, scan.points, scan.T_odom_sensor, scan.stamp_ns)
         times.scans.append(clocked(add)[1])
         if number % _TICK == 0:
-            times.note(*clocked(partial(localizer.tick, scan.stamp_ns)))
-    for listed in (times.scans, times.ticks, times.segment):
+            times.note(*clocked(partial(localizer.update, scan.stamp_ns)))
+    for listed in (times.scans, times.updates, times.segment):
         del listed[:_WARM_TICKS]
     return times
 

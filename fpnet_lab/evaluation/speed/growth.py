@@ -14,13 +14,13 @@ import numpy as np
 from fpnet_core.config import load_config
 from fpnet_core.errors import FpnetError
 from fpnet_core.freed_memory import keep_freed_memory
-from fpnet_core.judging import Judge
-from fpnet_core.localizer import Finder
+from fpnet_core.localizer import GlobalLocalizer
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.sides import StageTimer
-from fpnet_core.localizer.tick import tick
-from fpnet_core.localizer.tick_state import Seen, TickState
+from fpnet_core.localizer.prepared_maps import StageTimer
+from fpnet_core.localizer.update import update
+from fpnet_core.localizer.update_state import Observation, UpdateState
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring import PlacementScorer
 from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput, Submap
 from fpnet_lab.evaluation.speed.aims import AIM_M2, AIM_TICK_S
 from fpnet_lab.evaluation.speed.timing import REPEATS, Clocked, Figure, clocked
@@ -62,7 +62,7 @@ class Grown:
     rooms: int
     explored_m2: float
     plan: Clocked
-    tick: Clocked
+    update: Clocked
     stages_s: dict[str, float]
     peak_bytes: int
     status: str
@@ -73,7 +73,7 @@ class Grown:
         name = f'{self.area_m2:,.0f} m², {self.rooms} rooms'
         return [
             Figure(f'prepare a plan of {name}', self.plan[0], cpu_s=self.plan[1], of=1),
-            Figure(f'searching tick on {name}', self.tick[0], aim_s, cpu_s=self.tick[1]),
+            Figure(f'searching tick on {name}', self.update[0], aim_s, cpu_s=self.update[1]),
         ]
 
 
@@ -124,11 +124,13 @@ def _measured(area_m2: float, grid: GridMap, submap: Submap) -> Grown:
     """Localize once to compile, then time; all that this process has loaded is the product."""
     cv2.setNumThreads(1)
     keep_freed_memory()  # as nodes and commands do
-    config = load_config(None, {'localizer.search_every_ticks': 1})
-    finder = Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)
-    _timed_tick(finder, Floorplan.prepared(_corner(grid), config).with_mirror(), submap)
+    config = load_config(None, {'localizer.search_every_updates': 1})
+    global_localizer = GlobalLocalizer(
+        LearnedMatcher(config.matcher), PlacementScorer.configured(config.localizer), config
+    )
+    _timed_tick(global_localizer, Floorplan.prepared(_corner(grid), config).with_mirror(), submap)
     plan, took = clocked(lambda: Floorplan.prepared(grid, config).with_mirror())
-    output, middle = _timed_tick(finder, plan, submap)
+    output, middle = _timed_tick(global_localizer, plan, submap)
     return Grown(
         area_m2,
         len(plan.working.segmentation.rooms),
@@ -148,21 +150,22 @@ def _corner(grid: GridMap) -> GridMap:
 
 
 def _timed_tick(
-    finder: Finder, plan: Floorplan, submap: Submap
+    global_localizer: GlobalLocalizer, plan: Floorplan, submap: Submap
 ) -> tuple[LocalizerOutput, Clocked]:
     """Return a tick's output and median time; what is near the robot is new to it."""
-    state, _ = tick(TickState(plan), _seen(_before(submap)), finder, StageTimer())
+    state, _ = update(UpdateState(plan), _seen(_before(submap)), global_localizer, StageTimer())
     state, seen = replace(state, searched=None), _seen(submap)
     runs = [
-        clocked(lambda: tick(state, seen, finder, StageTimer())[1]) for _ in range(1 + REPEATS)
+        clocked(lambda: update(state, seen, global_localizer, StageTimer())[1])
+        for _ in range(1 + REPEATS)
     ][1:]
     return sorted(runs, key=lambda run: run[1])[len(runs) // 2]
 
 
-def _seen(submap: Submap) -> Seen:
+def _seen(submap: Submap) -> Observation:
     pose = np.eye(4)
     pose[:2, 3] = submap.path_xy[-1]
-    return Seen(submap.stamp_ns, submap, pose)
+    return Observation(submap.stamp_ns, submap, pose)
 
 
 def _before(submap: Submap) -> Submap:

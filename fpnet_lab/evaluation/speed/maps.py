@@ -18,13 +18,13 @@ from fpnet_core.config import FpnetConfig, MatcherConfig, SegmentationConfig
 from fpnet_core.geometry import rotation
 from fpnet_core.graphs import build_region_graph, edge_features, node_features
 from fpnet_core.io.maps import read_map, write_map
-from fpnet_core.judging import Judge, configured_model, gather_evidence
-from fpnet_core.localizer import Finder, match_maps
-from fpnet_core.localizer.finder import Question
+from fpnet_core.localizer import GlobalLocalizer, match_maps
+from fpnet_core.localizer.global_localizer import MatchQuery
+from fpnet_core.localizer.prepared_maps import StageTimer, prepared_plan
 from fpnet_core.localizer.scale import tolerant_search
-from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.pose import PreparedMap, map_evidence
+from fpnet_core.scoring import PlacementScorer, configured_model, gather_evidence
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Region, RegionGraph, RegionLabel
@@ -105,26 +105,26 @@ def match_figures() -> list[Figure]:
     return [figure(100, 30, 0.005), figure(300, 60, 0.025)]
 
 
-def judge_figures() -> list[Figure]:
+def scorer_figures() -> list[Figure]:
     """Return how long the evidence of a tick's placements takes, and the judge's network."""
     config, mapped = FpnetConfig(), _mapped()
     model = configured_model(config.localizer)
-    judge = Judge(model, config.localizer.plan_prior)
-    finder = Finder(LearnedMatcher(config.matcher), judge, config)
+    scorer = PlacementScorer(model, config.localizer.plan_prior)
+    global_localizer = GlobalLocalizer(LearnedMatcher(config.matcher), scorer, config)
     search = tolerant_search(config.pose.scale_tolerance, config.pose)
-    plan = plan_side(mapped.plan_segmentation)
+    plan = prepared_plan(mapped.plan_segmentation)
     cut = mapped.sub_segmentation
-    sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
-    asked = Question(plan, sub, mapped.submap.free_area_m2, search)
-    found = finder.find(asked, StageTimer())
+    sub = PreparedMap(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
+    query = MatchQuery(plan, sub, mapped.submap.free_area_m2, search)
+    found = global_localizer.find(query, StageTimer())
 
     def evidence() -> object:
         # A tick's submap is new: nothing is derived from it yet.
-        fresh = MapSide(cut, sub.graph, map_evidence(cut.grid))
+        fresh = PreparedMap(cut, sub.graph, map_evidence(cut.grid))
         return gather_evidence(plan, fresh, found.estimates, found.match, search.log_range)
 
     def network() -> object:
-        return model.log_probability(found.verdict.evidence)
+        return model.log_probability(found.posterior.evidence)
 
     return [
         median_of(f'evidence of {len(found.estimates)} placements', 0.015, [evidence], 20),
@@ -140,7 +140,15 @@ def shell_figures() -> list[Figure]:
         write_map(mapped.plan_segmentation.grid, folder / 'plan.yaml')
         write_map(mapped.submap.grid, folder / 'robot.yaml')
         _write_scans(folder / 'scans')
-        match = ['match', '--plan', 'plan.yaml', '--submap', 'robot.yaml', '--json', 'match.json']
+        match = [
+            'match',
+            '--floorplan',
+            'plan.yaml',
+            '--submap',
+            'robot.yaml',
+            '--json',
+            'match.json',
+        ]
         localize = ['localize', 'scans', '--floorplan', 'plan.yaml', '--json', 'run.json']
         return [
             shell_figure('fpnet --help', 0.5, ['--help'], folder),
@@ -190,7 +198,7 @@ def _grid_graph(nodes: int, frame: Literal['plan', 'submap'], turn_rad: float) -
 PARTS: dict[str, Callable[[], list[Figure]]] = {
     'plans': lambda: [large_figure('sketch'), large_figure('clean')],
     'matcher': match_figures,
-    'judge': judge_figures,
+    'judge': scorer_figures,
     'shell': shell_figures,
 }
 """What needs no data and no drive."""

@@ -119,13 +119,15 @@ def _dimension_row(
 ) -> list[Mark]:
     """Return one row of dimensions along an axis (0 is x) below or left of what is measured."""
     height = max(look.mm(_DIMENSION_MM), 0.8 * look.letter_m)
-    tick, pen = look.mm(_TICK_MM), look.pen(_DIMENSION_PEN_MM)
+    update, pen = look.mm(_TICK_MM), look.pen(_DIMENSION_PEN_MM)
     marks: list[Mark] = []
     for a, b in pairwise(stations.tolist()):
         text = number(b - a) if len(number(b - a)) * LETTER_ASPECT * height < b - a else ''
         start, end = ((a, at), (b, at)) if axis == 0 else ((at, a), (at, b))
-        feet = (0.0, 2.0 * tick) if axis == 0 else (2.0 * tick, 0.0)
-        marks.append(Dimension(start, end, feet, text, height, tick, pen, look.letters, look.font))
+        feet = (0.0, 2.0 * update) if axis == 0 else (2.0 * update, 0.0)
+        marks.append(
+            Dimension(start, end, feet, text, height, update, pen, look.letters, look.font)
+        )
     return marks
 
 

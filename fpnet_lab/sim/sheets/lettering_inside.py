@@ -129,7 +129,7 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
     across = np.array([-along[1], along[0]])
     text, height = length_text(length, style.length_unit), 0.75 * look.letter_m
     wide = len(text) * LETTER_ASPECT * height
-    pen, tick = look.pen(style.dimension_mm), look.mm(_TICK_MM)
+    pen, update = look.pen(style.dimension_mm), look.mm(_TICK_MM)
     middle = (a + b) / 2.0
     has_text = style.has_lengths and wide < 0.8 * length
     lines = [np.stack([a, b])]
@@ -138,14 +138,16 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
         lines = [np.stack([a, middle - gap]), np.stack([middle + gap, b])]
     marks: list[Mark] = []
     if style.arrow == 0:
-        lines += arrow_head(a, b, tick) + arrow_head(b, a, tick)
+        lines += arrow_head(a, b, update) + arrow_head(b, a, update)
     elif style.arrow == 1:
-        slant = (along + across) * tick / 2.0
+        slant = (along + across) * update / 2.0
         lines += [np.stack([end - slant, end + slant]) for end in (a, b)]
     elif style.arrow == 2:
-        marks.append(Area(Role.DIMENSION, (disc(a, 0.3 * tick), disc(b, 0.3 * tick)), pen.colour))
+        marks.append(
+            Area(Role.DIMENSION, (disc(a, 0.3 * update), disc(b, 0.3 * update)), pen.colour)
+        )
     else:
-        lines += [np.stack([end - across * tick, end + across * tick]) for end in (a, b)]
+        lines += [np.stack([end - across * update, end + across * update]) for end in (a, b)]
     marks.append(Lines(Role.DIMENSION, tuple(lines), pen))
     if has_text:
         x, y = (middle if is_split else middle + _TEXT_GAP * height * across).tolist()

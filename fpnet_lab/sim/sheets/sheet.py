@@ -154,12 +154,12 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     plans: tuple[BuildingPlan, ...] = (first,)
     if is_double:
         plans = (first, _storey_of(rng, kind))
-    placing = int(rng.integers(MAX_SEED))
-    layout = compose(plans, _sized(look), np.random.default_rng(placing), is_blank=True)
+    sensor_pose = int(rng.integers(MAX_SEED))
+    layout = compose(plans, _sized(look), np.random.default_rng(sensor_pose), is_blank=True)
     look = with_room_for(look, max(layout.artwork.size_m))
     look = _coarser(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
-    layout = compose(plans, look, np.random.default_rng(placing))
+    layout = compose(plans, look, np.random.default_rng(sensor_pose))
     pixels = rasterise(layout.artwork, look.resolution_m)
     H = _image_from_page(pixels.shape[0], look.resolution_m)
     if layout.artwork.paper is not None:

@@ -95,19 +95,23 @@ def _chain(
         return found if is_level else found[:, ::-1]
 
     s.line(put([(a, at), (b, at)]), colour)
-    tick = 3.5 * s.unit
+    update = 3.5 * s.unit
     for x, inwards in ((a, 1), (b, -1)):
         s.line(put([(x, at - foot), (x, at + foot)]), colour, 0.7)
         if ends == 0:
-            s.line(put([(x - tick, at + tick), (x + tick, at - tick)]), colour, 1.5)
+            s.line(put([(x - update, at + update), (x + update, at - update)]), colour, 1.5)
         elif ends == 1:
             tip = put(
-                [(x, at), (x + 2 * inwards * tick, at + tick), (x + 2 * inwards * tick, at - tick)]
+                [
+                    (x, at),
+                    (x + 2 * inwards * update, at + update),
+                    (x + 2 * inwards * update, at - update),
+                ]
             )
             s.fill(tip, colour)
         elif ends == 2:
             spot = put([(x, at)])[0]
-            s.disc(float(spot[0]), float(spot[1]), 0.6 * tick, colour, None)
+            s.disc(float(spot[0]), float(spot[1]), 0.6 * update, colour, None)
     height = 6 * s.unit
     if b - a > 3.5 * height:
         x, y = put([((a + b) / 2, at - height)])[0].tolist()

@@ -40,7 +40,7 @@ def test_a_place_is_claimed_with_enough_inliers(inliers):
     yaw = 0.7
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0, 0, 1]])
     answer = _answer(turn, np.array([1.0, 2.0, 0.1]), inliers)
-    assert answer.is_claimed is (inliers >= MIN_INLIERS)
+    assert answer.is_accepted is (inliers >= MIN_INLIERS)
     np.testing.assert_allclose(answer.A_plan_submap.translation, [1.0, 2.0])
     assert answer.A_plan_submap.heading == pytest.approx(yaw)
 

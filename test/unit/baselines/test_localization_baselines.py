@@ -44,7 +44,7 @@ def test_pyramid_holds_maxima_of_windows_that_begin_at_a_cell():
 
 def test_branch_and_bound_finds_the_planted_placement(plan, sub):
     placement = BranchAndBound(plan, np.array([1.0])).place(sub)
-    assert placement.is_claimed
+    assert placement.is_accepted
     moved = placement.A_plan_submap.apply(sub.walls) - A_PLAN_SUBMAP.apply(sub.walls)
     # The submap is planted with 2 percent of stretch, that the search does not know.
     assert np.median(np.linalg.norm(moved, axis=1)) < 0.4
@@ -93,11 +93,11 @@ def test_ransac_outvotes_wrong_matches_and_claims_three():
     pairs = np.stack([np.arange(5), np.arange(5)], axis=1)
     match = MatchResult(pairs, np.ones(5), np.zeros((5, 5)))
     placement = place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), match)
-    assert placement.is_claimed
+    assert placement.is_accepted
     assert placement.score == pytest.approx(0.8)
     assert np.allclose(placement.A_plan_submap.matrix, S.matrix, atol=1e-6)
     two = MatchResult(pairs[:2], np.ones(2), np.zeros((5, 5)))
-    assert not place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), two).is_claimed
+    assert not place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), two).is_accepted
     one = MatchResult(pairs[:1], np.ones(1), np.zeros((5, 5)))
     assert place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), one) is None
 
@@ -130,7 +130,7 @@ def beams_at(evidence, T_plan_base, rng):
 def test_monte_carlo_converges_on_the_true_pose_and_claims_it(plan):
     rng = np.random.default_rng(5)
     cloud = MonteCarlo(plan, np.random.default_rng(0), SETTINGS)
-    assert not cloud.estimate().is_claimed
+    assert not cloud.estimate().is_accepted
     A_plan_building = A_BUILDING_PLAN.inv()
     # Out of the planted building's first room, then along the corridor.
     route = [(3.0, 1.0 + 0.5 * k, np.pi / 2) for k in range(11)]
@@ -143,7 +143,7 @@ def test_monte_carlo_converges_on_the_true_pose_and_claims_it(plan):
     for T_plan_base in poses:
         cloud.add_scan(beams_at(plan, T_plan_base, rng), T_odom_plan @ T_plan_base)
     mean = cloud.estimate()
-    assert mean.is_claimed
+    assert mean.is_accepted
     assert np.linalg.norm(mean.T_plan_base.translation - poses[-1].translation) < 0.5
     assert angle_between(mean.T_plan_base.yaw, poses[-1].yaw) < np.deg2rad(5.0)
 

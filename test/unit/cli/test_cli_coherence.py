@@ -24,7 +24,14 @@ SHARED = {
     '--device': common.DeviceOption,
     '--json': common.JsonOption,
 }
-DOCUMENTS = ('README.md', 'docs/cli.md', 'docs/reports.md', 'docs/recordings.md')
+DOCUMENTS = (
+    'README.md',
+    'docs/cli.md',
+    'docs/reports.md',
+    'docs/simulator.md',
+    'docs/floorplans.md',
+    'docs/formats.md',
+)
 
 
 @cache
@@ -141,7 +148,7 @@ def test_documented_commands_exist(document, words):
         ('bash', 'fpnet simulate recording --sensor beams1', 'beams16'),
         ('zsh', 'fpnet simulate recording --building li', 'lived_in'),
         ('bash', 'fpnet simulate plan --style sk', 'sketch'),
-        ('bash', 'fpnet localize --set localizer.claim', 'localizer.claim_probability='),
+        ('bash', 'fpnet localize --set localizer.accept', 'localizer.accept_probability='),
         ('fish', 'fpnet demo --sensor pl', 'planar'),
     ],
 )

@@ -224,13 +224,13 @@ def test_a_crop_is_four_numbers():
 
 def test_what_was_typed_is_typed_again(tmp_path):
     said = common.DrawingOptions(resolution=0.05, page=2, layer=['A', 'B c'], mirrored=True)
-    asked = said.asked(('fpnet', 'plan'), tmp_path / 'a.dxf')
-    assert asked.again() == (
+    typed = said.invocation(('fpnet', 'plan'), tmp_path / 'a.dxf')
+    assert typed.again() == (
         f"fpnet plan {tmp_path / 'a.dxf'} --resolution 0.05 --page 2 --layer A --layer 'B c' "
         '--mirrored'
     )
-    assert '--resolution 0.06' in asked.again('--resolution', '0.06')
-    assert '0.05' not in asked.again('--resolution', '0.06')
+    assert '--resolution 0.06' in typed.again('--resolution', '0.06')
+    assert '0.05' not in typed.again('--resolution', '0.06')
 
 
 def test_an_unknown_scale_is_searched_unless_somebody_decides(drawing):

@@ -17,7 +17,7 @@ from fpnet_core.differences import DifferenceKind, find_differences
 from fpnet_core.differences.of_output import differences_of
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.localizer.prepared_maps import StageTimer, prepare_plan, prepare_submap
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, LocalizerOutput, Status

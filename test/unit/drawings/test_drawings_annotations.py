@@ -106,10 +106,10 @@ def test_doors_contradict_wrong_dimensions():
     assert annotated_scale(drawn(*right, door_px=[45.0] * 4)) is not None
 
 
-def bar(texts=('0', '5', '10 m'), values=(0, 5, 10), pixel_m=RESOLUTION, ticks=True):
+def bar(texts=('0', '5', '10 m'), values=(0, 5, 10), pixel_m=RESOLUTION, updates=True):
     places = [200.0 + value / pixel_m for value in values]
     lines = [((places[0], 900), (places[-1], 900))]
-    if ticks:
+    if updates:
         lines += [((x, 890), (x, 900)) for x in places]
     # The unit behind the last number pushes its middle to the right.
     labels = [
@@ -129,7 +129,7 @@ def test_scale_bars():
 
 
 def test_rows_of_numbers_are_no_scale_bars():
-    assert annotated_scale(drawn(*bar(ticks=False))) is None
+    assert annotated_scale(drawn(*bar(updates=False))) is None
     assert annotated_scale(drawn(*bar(('0', '5', '10')))) is None  # of what?
     lines, labels = bar(('0', '5', '10 m'), (0, 3, 10))
     assert annotated_scale(drawn(lines, labels)) is None

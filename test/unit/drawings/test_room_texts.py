@@ -10,7 +10,7 @@ import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.lengths import areas, ratios, room_sizes, without_area
-from fpnet_core.drawings.pictures.found import Found
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis
 from fpnet_core.drawings.room_texts import PrintedRoom, printed_of_rooms, room_votes
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.stated import SaidScale
@@ -257,7 +257,7 @@ def flat(factor=1.0):
 
 def found_with(said, cells):
     segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], 0.05), SegmentationConfig())
-    return Found(cells, np.eye(3), segmentation, said)
+    return PlanHypothesis(cells, np.eye(3), segmentation, said)
 
 
 def test_areas_go_before_doors_and_the_user_before_areas():

@@ -32,10 +32,10 @@ from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.evaluation.localization.records import (
     MethodRun,
     RunLabels,
-    TickBelief,
     Truth,
+    UpdateEstimate,
     belief_errors,
-    judge,
+    score,
     stamp_at_path,
 )
 from fpnet_lab.evaluation.localization.rivals import carried
@@ -159,13 +159,13 @@ def off_by(metres):
 
 def run_of(claims, stamps=(10, 30, 50), probabilities=(0.9, 0.9, 0.9)):
     stamps_ns = [s * 1_000_000_000 for s in stamps]
-    beliefs = tuple(map(TickBelief, stamps_ns, probabilities, claims))
+    beliefs = tuple(map(UpdateEstimate, stamps_ns, probabilities, claims))
     published = carried(ODOMETRY, stamps_ns, claims)
     return MethodRun(published, ODOMETRY, beliefs, np.array([5.0, 9.0]), np.array([1.0]), 100.0)
 
 
 def test_a_right_run_is_right():
-    record = judge(LABELS, run_of([RIGHT_CLAIM] * 3), TRUTH)
+    record = score(LABELS, run_of([RIGHT_CLAIM] * 3), TRUTH)
     assert record.is_right
     assert record.is_tight
     assert (record.poses, record.wrong_poses) == (51, 0)
@@ -184,18 +184,18 @@ def test_a_right_run_is_right():
     ],
 )
 def test_runs_are_judged_after_40_m_in_true_metres(claims, is_right, is_tight, wrong):
-    record = judge(LABELS, run_of(claims), TRUTH)
+    record = score(LABELS, run_of(claims), TRUTH)
     assert (record.is_right, record.is_tight, record.wrong_poses) == (is_right, is_tight, wrong)
     errors = belief_errors(run_of(claims), TRUTH)
     assert [error is None for error in errors] == [claim is None for claim in claims]
 
 
 def test_on_another_building_every_claim_is_false():
-    record = judge(LABELS, run_of([None, RIGHT_CLAIM, None]), None)
+    record = score(LABELS, run_of([None, RIGHT_CLAIM, None]), None)
     assert record.is_open_set
     assert (record.is_right, record.poses, record.wrong_poses) == (False, 20, 0)
     assert record.beliefs == ((0.9, False),)
-    table = figures([record, judge(LABELS, run_of([None] * 3), None)])
+    table = figures([record, score(LABELS, run_of([None] * 3), None)])
     assert (table['open_set_false_claims'], table['runs']) == (1, 2)
     assert table['recall_1m_10deg'] is None
 
@@ -207,8 +207,8 @@ def test_path_marks_are_stamps_of_scans():
 
 
 def test_report_has_the_documented_keys_for_every_method_and_group():
-    right = judge(LABELS, run_of([RIGHT_CLAIM] * 3), TRUTH)
-    wrong = judge(replace(LABELS, method='rival'), run_of([off_by(5.0)] * 3), TRUTH)
+    right = score(LABELS, run_of([RIGHT_CLAIM] * 3), TRUTH)
+    wrong = score(replace(LABELS, method='rival'), run_of([off_by(5.0)] * 3), TRUTH)
     table = report([right, wrong])
     assert set(table['total']) == KEYS
     assert set(table['groups']['exact']) == KEYS
@@ -226,11 +226,11 @@ def test_report_has_the_documented_keys_for_every_method_and_group():
 
 def test_covariances_are_judged_and_rough_drawings_count_in_no_total():
     sure = replace(run_of([off_by(0.3)] * 3), covariances=np.tile(0.2**2 * np.eye(3), (51, 1, 1)))
-    record = judge(LABELS, sure, TRUTH)
+    record = score(LABELS, sure, TRUTH)
     # 0.3 m ahead are 0.6 m of the plan, where a standard deviation is 0.2 m.
     assert record.nees_mean == pytest.approx(9.0)
     assert record.inside_95 == 0.0
-    rough = replace(judge(LABELS, run_of([None] * 3), TRUTH), group='rough')
+    rough = replace(score(LABELS, run_of([None] * 3), TRUTH), group='rough')
     table = report([record, rough])
     assert (table['total']['runs'], table['groups']['rough']['runs']) == (1, 1)
     assert table['total']['nees_mean'] == pytest.approx(record.nees_mean, abs=1e-4)
@@ -254,7 +254,7 @@ def jobs(monkeypatch):
             raise MissingDataError('meshes are absent')
         ran.append(job.case.name)
         labels = replace(LABELS, case=job.case.name)
-        return (judge(labels, run_of([RIGHT_CLAIM] * 3), TRUTH),)
+        return (score(labels, run_of([RIGHT_CLAIM] * 3), TRUTH),)
 
     monkeypatch.setattr(suite_module, 'run_case', fake)
     cases = [Case(name, 'exact', CaseKind.GENERATED, 'bays', 0) for name in 'abc']

@@ -192,11 +192,11 @@ def real_plan(tmp_path, monkeypatch):
 
 
 def test_real_plans_are_compared_with_black_walls_and_labels(real_plan):
-    tones = []
+    binarization = []
 
     def read(path):
         pixels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        tones.append(int(pixels.min()))
+        binarization.append(int(pixels.min()))
         # A reader for which whatever is darker than 120 is a wall, and that takes 0.06 m.
         cells = np.where(pixels[::-1] < 120, OCCUPIED, FREE)
         scale = DrawingScale(0.06, 0.04, 0.07, ScaleSource.ESTIMATED)
@@ -205,7 +205,7 @@ def test_real_plans_are_compared_with_black_walls_and_labels(real_plan):
         return reading_of(GridMap(cells, 0.06), H_plan_image, scale)
 
     report = drawings_real.bench_plans(read, real_plan, real_plan, 'tune', CONFIG)
-    assert tones == [0, 30, 60, 100, 140, 1]
+    assert binarization == [0, 30, 60, 100, 140, 1]
     shares = {tone: figures['as_black'] for tone, figures in report['tones'].items()}
     walls = {tone: figures['walls_as_black'] for tone, figures in report['tones'].items()}
     assert walls['100'] == 1.0

@@ -29,8 +29,8 @@ def test_wards_have_the_size_that_is_asked_for(area_m2):
 
 
 def test_only_the_storey_that_an_aim_is_stated_for_has_one():
-    _, tick = STOREY.figures()
-    assert (tick.aim, tick.is_met) == (growth.AIM_TICK_S, False)
+    _, update = STOREY.figures()
+    assert (update.aim, update.is_met) == (growth.AIM_TICK_S, False)
     assert [each.aim for each in replace(STOREY, area_m2=3_000.0).figures()] == [None, None]
 
 
@@ -53,7 +53,7 @@ def _disc_inside():
 def test_a_small_storey_is_measured_and_drawn(tmp_path):
     found = growth.growth(300.0)
     assert found.explored_m2 > 50.0
-    assert 0.0 < found.tick[1] < 60.0
+    assert 0.0 < found.update[1] < 60.0
     assert found.peak_bytes > 5e7
     save_growth([found, STOREY], tmp_path / 'growth.png')
     assert (tmp_path / 'growth.png').stat().st_size > 10_000

@@ -12,7 +12,7 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
-from fpnet_lab.evaluation.demo import judge_demo, read_ticks
+from fpnet_lab.evaluation.demo import rate_demo, read_ticks
 
 START_NS = 1_750_000_000_000_000_000
 PERIOD_NS = 100_000_000
@@ -28,14 +28,14 @@ def _truth():
     return stamps, xy, np.full(100, 0.3)
 
 
-def _write(tmp_path, published, ticks=()):
+def _write(tmp_path, published, updates=()):
     recording, session = tmp_path / 'recording', tmp_path / 'session'
     session.mkdir()
     write_tum(recording / 'truth.tum', *_truth())
     matrix = A_PLAN_BUILDING.matrix[:2].tolist()
     (recording / 'truth.json').write_text(json.dumps({'A_plan_building': matrix}))
     write_tum(session / 'poses.tum', *published)
-    facts = {'scans': 100, 'registered_scans': 99, 'ticks': list(ticks)}
+    facts = {'scans': 100, 'registered_scans': 99, 'ticks': list(updates)}
     (session / 'session.json').write_text(json.dumps(facts))
     return recording, session
 
@@ -49,9 +49,9 @@ def _published(first: int, off_m=(0.0, 0.0), off_rad: float = 0.0):
 
 
 def test_errors_are_in_true_metres_and_degrees(tmp_path):
-    ticks = [{'status': 'waiting'}, {'total_ms': 100.0}, {'total_ms': 300.0}]
+    updates = [{'status': 'waiting'}, {'total_ms': 100.0}, {'total_ms': 300.0}]
     published = _published(30, (0.3, -0.4), math.radians(2.0))
-    run = judge_demo(*_write(tmp_path, published, ticks))
+    run = rate_demo(*_write(tmp_path, published, updates))
     result = run.as_json()
     assert result['localized'] is True
     assert run.is_success
@@ -67,14 +67,14 @@ def test_errors_are_in_true_metres_and_degrees(tmp_path):
 
 @pytest.mark.parametrize(('off_m', 'off_deg'), [((3.1, 0.0), 0.0), ((0.0, 0.0), 31.0)])
 def test_a_wrong_place_or_heading_is_no_success(tmp_path, off_m, off_deg):
-    run = judge_demo(*_write(tmp_path, _published(90, off_m, math.radians(off_deg))))
+    run = rate_demo(*_write(tmp_path, _published(90, off_m, math.radians(off_deg))))
     assert run.summary.localized
     assert run.summary.wrong_poses == 10
     assert not run.is_success
 
 
 def test_no_pose_is_no_success(tmp_path):
-    run = judge_demo(*_write(tmp_path, _published(100)))
+    run = rate_demo(*_write(tmp_path, _published(100)))
     assert run.summary.poses == 0
     assert not run.summary.localized
     assert not run.is_success
@@ -85,7 +85,7 @@ def test_missing_files_are_named(tmp_path):
     recording, session = _write(tmp_path, _published(0))
     (session / 'session.json').unlink()
     with pytest.raises(FpnetError, match=r'session\.json'):
-        judge_demo(recording, session)
+        rate_demo(recording, session)
 
 
 def test_ticks_come_back_in_sensor_time(tmp_path):
@@ -98,7 +98,7 @@ def test_ticks_come_back_in_sensor_time(tmp_path):
             submap = Submap(grid, np.zeros((2, 3), bool), np.zeros((0, 2)), stamp_ns=sensor_ns)
         output = LocalizerOutput(clock_ns, Status.WAITING, submap=submap)
         write_output(tmp_path / 'ticks' / f'{clock_ns:020d}.npz', output)
-    assert [tick.stamp_ns for tick in read_ticks(tmp_path)] == [4, 30, 200]
+    assert [update.stamp_ns for update in read_ticks(tmp_path)] == [4, 30, 200]
 
 
 @pytest.mark.parametrize(
@@ -115,4 +115,4 @@ def test_damaged_files_are_named(tmp_path, name, content, message):
     recording, session = _write(tmp_path, _published(0))
     (session / name).write_bytes(content)
     with pytest.raises(FpnetError, match=message):
-        judge_demo(recording, session)
+        rate_demo(recording, session)

@@ -35,8 +35,8 @@ def test_quantiles_of_both_clocks_and_missed_aims():
 
 
 def test_a_command_that_fails_ends_the_benchmark_with_its_message(tmp_path):
-    with pytest.raises(FpnetError, match=r'fpnet match --plan none\.png.*failed'):
-        timing.shell_figure('match', 1.0, ['match', '--plan', 'none.png'], tmp_path)
+    with pytest.raises(FpnetError, match=r'fpnet match --floorplan none\.png.*failed'):
+        timing.shell_figure('match', 1.0, ['match', '--floorplan', 'none.png'], tmp_path)
 
 
 def test_graphs_have_the_nodes_that_a_row_names():

@@ -18,7 +18,7 @@ from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
 from fpnet_core.io.frozen import from_arrays, to_arrays
 from fpnet_core.io.runs import read_output, write_output
 from fpnet_core.matches import MatchHypothesis, MatchResult
-from fpnet_core.spread import Growth, PoseSpread, Signs
+from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
@@ -81,9 +81,9 @@ SHAPES = {
     (RegionGraph, 'edges'): (np.int64, 3, 2), (RegionGraph, 'edge_feat'): (np.float32, 3, 6),
     (MatchHypothesis, 'pairs'): (np.int64, 2, 2), (MatchResult, 'pairs'): (np.int64, 1, 2),
     (MatchResult, 'scores'): (np.float32, 1), (MatchResult, 'probability'): (np.float32, 3, 2),
-    (PlanScale, 'stretch'): (float, 2, 2), (PoseSpread, 'cov'): (float, 3, 3),
-    (PoseSpread, 'xy_odom'): (float, 2), (Signs, 'information'): (float, 3, 3),
-    (Signs, 'figures'): (float, 2),
+    (PlanScale, 'stretch'): (float, 2, 2), (PoseCovariance, 'cov'): (float, 3, 3),
+    (PoseCovariance, 'xy_odom'): (float, 2), (PoseFeatures, 'information'): (float, 3, 3),
+    (PoseFeatures, 'figures'): (float, 2),
 }  # fmt: skip
 
 
@@ -229,18 +229,20 @@ def test_a_writer_that_fails_leaves_what_was_there(tmp_path, monkeypatch):
 @pytest.mark.parametrize('damage', ['absent', 'text', 'truncated', 'foreign', 'shape', 'field'])
 def test_a_damaged_file_is_refused(tmp_path, damage):
     path = tmp_path / 'tick.npz'
-    spread = PoseSpread(np.eye(3), np.zeros(2), 7, GROWTH, Signs(np.eye(3), np.zeros(2)))
-    tick = LocalizerOutput(7, Status.SEARCHING, spread=spread)
+    covariance = PoseCovariance(
+        np.eye(3), np.zeros(2), 7, GROWTH, PoseFeatures(np.eye(3), np.zeros(2))
+    )
+    update = LocalizerOutput(7, Status.SEARCHING, covariance=covariance)
     if damage == 'text':
         path.write_text('no archive')
     elif damage == 'truncated':
-        write_output(path, tick)
+        write_output(path, update)
         path.write_bytes(path.read_bytes()[:200])
     elif damage == 'foreign':
         np.savez(path, something=np.zeros(3))
     elif damage != 'absent':
-        change = {'shape': ('[3, 3]', '[30, 3]'), 'field': ('"spread"', '"__class__"')}[damage]
-        stored = to_arrays(tick)
+        change = {'shape': ('[3, 3]', '[30, 3]'), 'field': ('"covariance"', '"__class__"')}[damage]
+        stored = to_arrays(update)
         np.savez(path, **{**stored, 'tree': np.array(str(stored['tree']).replace(*change))})
     with pytest.raises(FpnetError, match='not a written tick'):
         read_output(path)

@@ -31,7 +31,7 @@ def published(scans):
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % TICK_EVERY == TICK_EVERY - 1:
-            localizer.tick(stamp_ns)
+            localizer.update(stamp_ns)
         pose = localizer.output.pose(T_odom_sensor)
         found.append(None if pose is None else is_right(pose, index))
     return found

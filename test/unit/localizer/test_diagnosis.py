@@ -16,13 +16,13 @@ from fpnet_core.doctor import sensor
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
-from fpnet_core.judging.asked import Asked
-from fpnet_core.judging.findings import DoubleWalls, TurningWalls
-from fpnet_core.judging.reasons import MIRRORED, UPSIDE_DOWN
 from fpnet_core.localizer import Localizer, match_maps, replay
 from fpnet_core.localizer.diagnosis import _straight_m, explain_match, explain_run
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.scoring.findings import DoubleWalls, TurningWalls
+from fpnet_core.scoring.invocation import Invocation
+from fpnet_core.scoring.reasons import MIRRORED, UPSIDE_DOWN
 from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
@@ -30,7 +30,7 @@ from fpnet_lab.evaluation.localization.cases import plain_cases
 from fpnet_lab.evaluation.localization.inputs import make_plan
 
 CONFIG = load_config()
-ASKED = Asked(('fpnet', 'localize', 'drive', '--floorplan'), 'plan.png')
+ASKED = Invocation(('fpnet', 'localize', 'drive', '--floorplan'), 'plan.png')
 TICK_S = 3.0
 
 
@@ -52,9 +52,9 @@ def drive_on(plan, matcher, scans=None):
     return replay(source, localizer, TICK_S, None)
 
 
-def explained(run, plan, matcher, reading=None, asked=ASKED):
+def explained(run, plan, matcher, reading=None, invocation=ASKED):
     assert run.outputs[-1].status is not Status.LOCALIZED
-    return explain_run(run.outputs, plan, matcher, CONFIG, reading, asked)
+    return explain_run(run.outputs, plan, matcher, CONFIG, reading, invocation)
 
 
 def turning(degrees_per_m):
@@ -178,7 +178,7 @@ def test_odometry_that_turns(matcher):
     causes = explained(run, plan_grid(), matcher)
     assert causes[0].kind is CauseKind.DRIFT
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --poses POSES.tum'
-    causes = explained(run, plan_grid(), matcher, asked=replace(ASKED, of_bag=True))
+    causes = explained(run, plan_grid(), matcher, invocation=replace(ASKED, of_bag=True))
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --odometry both'
 
 
@@ -232,7 +232,7 @@ def test_a_claim_needs_no_cause(matcher):
 
 
 def looked_at_often(plan, matcher):
-    localizer = Localizer(load_config(None, {'localizer.mirror_check_ticks': 1}), matcher)
+    localizer = Localizer(load_config(None, {'localizer.mirror_check_updates': 1}), matcher)
     localizer.set_plan(plan)
     source = [Scan(stamp, points, T_odom_sensor=pose) for points, pose, stamp in recorded()]
     return replay(source, localizer, 0.5, None).outputs[-1]
@@ -261,7 +261,7 @@ def test_two_maps_say_why_they_do_not_match(matcher, other_plan):
         (rescaled(plan_grid(), 1.5), CauseKind.SCALE),
     ):
         match = match_maps(plan, seen, matcher, CONFIG, True, True)
-        causes = explain_match(match, matcher, CONFIG, asked=ASKED)
+        causes = explain_match(match, matcher, CONFIG, invocation=ASKED)
         assert causes[0].kind is kind
 
 

@@ -13,11 +13,11 @@ from fpnet_core.config import FpnetConfig, load_config
 from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError, StateError
 from fpnet_core.geometry import SE2, Placements, angle_between
 from fpnet_core.io.frozen import to_arrays
-from fpnet_core.judging.reasons import NO_PLAN, NOT_LOOKED
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.state import read_state, write_state
 from fpnet_core.matches import MatchResult
+from fpnet_core.scoring.reasons import NO_PLAN, NOT_LOOKED
 from fpnet_core.types import GridMap, Status
 
 
@@ -40,7 +40,7 @@ def outputs_of(localizer, scans, tick_every=5):
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % tick_every == tick_every - 1:
-            outputs.append(localizer.tick(stamp_ns))
+            outputs.append(localizer.update(stamp_ns))
     return outputs
 
 
@@ -64,13 +64,13 @@ def test_it_waits_then_finds_the_robot(finished):
 
 
 def test_a_firm_claim_is_followed_without_a_search_until_one_is_due():
-    localizer = new_localizer(**{'localizer.search_every_ticks': 4})
+    localizer = new_localizer(**{'localizer.search_every_updates': 4})
     run(localizer, recorded())
     points, T_odom_sensor, stamp_ns = recorded()[-1]
     searched = []
     for number in range(1, 9):
         localizer.add_scan(points, T_odom_sensor, stamp_ns + number * SCAN_NS)
-        output = localizer.tick(stamp_ns + number * SCAN_NS)
+        output = localizer.update(stamp_ns + number * SCAN_NS)
         assert output.status is Status.LOCALIZED
         assert output.segmentation is not None
         assert output.match is not None
@@ -79,7 +79,7 @@ def test_a_firm_claim_is_followed_without_a_search_until_one_is_due():
     assert searched[:4] == searched[4:]
     localizer.relocalize()
     localizer.add_scan(points, T_odom_sensor, stamp_ns + 9 * SCAN_NS)
-    assert 'match' in localizer.tick(stamp_ns + 9 * SCAN_NS).timings_ms, 'a claim was forgotten'
+    assert 'match' in localizer.update(stamp_ns + 9 * SCAN_NS).timings_ms, 'a claim was forgotten'
 
 
 def test_the_pose_is_right_on_the_drawing(finished):
@@ -105,13 +105,13 @@ def test_the_same_calls_give_the_same_answer(finished):
 def test_without_a_plan_it_says_so():
     localizer = Localizer(FpnetConfig(), IndifferentMatcher())
     assert localizer.output.reason == NO_PLAN
-    assert localizer.tick(1).status is Status.NO_PLAN
+    assert localizer.update(1).status is Status.NO_PLAN
     assert localizer.output.reason == NO_PLAN
     assert localizer.output.pose(np.eye(4)) is None
 
 
 def test_without_scans_it_waits():
-    output = new_localizer().tick(1)
+    output = new_localizer().update(1)
     assert output.status is Status.WAITING
     assert output.reason == 'only 0 of 12 m² of floor seen so far'
 
@@ -147,10 +147,10 @@ def test_bad_points_are_refused_and_the_submap_is_kept():
     localizer = new_localizer()
     scans = recorded()[:20]
     run(localizer, scans)
-    area = localizer.tick(1).submap.free_area_m2
+    area = localizer.update(1).submap.free_area_m2
     with pytest.raises(CloudFormatError):
         localizer.add_scan(np.zeros((10, 2), np.float32), np.eye(4), 10**12)
-    assert localizer.tick(2).submap.free_area_m2 == area
+    assert localizer.update(2).submap.free_area_m2 == area
 
 
 def test_a_stale_scan_is_dropped_and_a_lasting_clock_reset_starts_anew():
@@ -162,19 +162,19 @@ def test_a_stale_scan_is_dropped_and_a_lasting_clock_reset_starts_anew():
         with pytest.raises(OdometryError, match='not newer'):
             localizer.add_scan(points, pose, 1)
     localizer.add_scan(points, pose, 1)
-    assert localizer.tick(2).submap.stamp_ns == 1
+    assert localizer.update(2).submap.stamp_ns == 1
 
 
 def test_an_odometry_jump_starts_a_new_submap():
     localizer = new_localizer()
     scans = recorded()[:20]
     run(localizer, scans)
-    before = localizer.tick(0).submap
+    before = localizer.update(0).submap
     points, _, stamp_ns = scans[-1]
     far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
     localizer.add_scan(points, far, stamp_ns + SCAN_NS)
     assert localizer.output.reason == 'starting anew: odometry jumped by 44.25 m'
-    after = localizer.tick(0).submap
+    after = localizer.update(0).submap
     assert len(after.path_xy) == 1 < len(before.path_xy)
 
 
@@ -221,7 +221,7 @@ def test_it_can_be_told_to_look_again(finished):
     assert localizer.output.status is Status.WAITING
     assert localizer.output.submap is None
     localizer.add_scan(*recorded()[40])
-    assert localizer.tick(0).submap.free_area_m2 > 30.0
+    assert localizer.update(0).submap.free_area_m2 > 30.0
 
 
 def hint_at(index, off_m=0.0):
@@ -241,7 +241,7 @@ def test_a_claim_stands_whatever_anybody_says_against_the_walls(off_m, caplog):
     claimed = localizer.output.A_plan_odom
     localizer.suggest(hint_at(39, off_m))
     assert localizer.output.A_plan_odom is claimed, 'TF goes on meanwhile'
-    assert localizer.tick(0).status is Status.LOCALIZED, 'standing still it is weighed as well'
+    assert localizer.update(0).status is Status.LOCALIZED, 'standing still it is weighed as well'
     assert set(run(localizer, recorded()[40:], tick_every=1)) == {Status.LOCALIZED}
     assert caplog.text.count('no placement fits near the given pose') == int(off_m > 2.0)
 
@@ -280,7 +280,7 @@ def test_a_restarted_odometry_takes_the_placement_along(finished):
     localizer.restart_odometry()
     localizer.add_scan(points, np.eye(4), stamp_ns + SCAN_NS)  # odometry starts at its origin
     assert localizer.output.A_plan_odom is None
-    output = localizer.tick(0)
+    output = localizer.update(0)
     assert len(output.submap.path_xy) == 1
     best = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
     expected = known.apply(SE2.from_matrix4(T_odom_sensor).translation)
@@ -305,7 +305,7 @@ class TestSavedState:
         for localizer in (first, second):
             for points, T_odom_sensor, stamp_ns in recorded()[-5:]:
                 localizer.add_scan(points, T_odom_sensor, stamp_ns)
-                localizer.tick(stamp_ns)
+                localizer.update(stamp_ns)
         np.testing.assert_array_equal(
             first.output.submap.grid.cells, second.output.submap.grid.cells
         )
@@ -321,7 +321,7 @@ class TestSavedState:
         points, _, stamp_ns = recorded()[-6]
         second.add_scan(points, np.eye(4), stamp_ns + SCAN_NS)  # before the floorplan comes
         second.set_plan(plan_grid())
-        output = second.tick(0)
+        output = second.update(0)
         assert len(output.submap.path_xy) == 1, 'nothing of the saved submap'
         best = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
         last = SE2.from_matrix4(recorded()[-6][1]).translation

@@ -9,8 +9,8 @@ from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.raster.warping import warped_grid
-from fpnet_core.spread import Growth, PoseSpread, Signs
 from fpnet_core.types import FREE, OCCUPIED, LocalizerOutput, Status
 
 STRETCH = np.array([[1.08, 0.02], [0.02, 0.95]])
@@ -50,8 +50,8 @@ def test_the_covariance_is_that_of_the_robot():
     sigma = np.diag([0.1, 0.2, 0.01]) ** 2
     at_tick = np.array([1.0, 2.0])
     nothing = Growth(0.0, 0.0, 0.0, 0.0)
-    spread = PoseSpread(sigma, at_tick, 5, nothing, Signs(np.eye(3), np.zeros(1)))
-    output = LocalizerOutput(5, Status.LOCALIZED, A_PLAN_ODOM, spread)
+    covariance = PoseCovariance(sigma, at_tick, 5, nothing, PoseFeatures(np.eye(3), np.zeros(1)))
+    output = LocalizerOutput(5, Status.LOCALIZED, A_PLAN_ODOM, covariance)
     frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     draws = np.random.default_rng(3).multivariate_normal(np.zeros(3), sigma, 20_000)
     in_map = []

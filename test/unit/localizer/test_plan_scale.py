@@ -74,13 +74,13 @@ def test_a_trusted_scale_is_never_asked_for():
 
 def test_claims_that_agree_lock_the_stretch_whatever_the_heading():
     history = ScaleHistory.begun('approximate', CONFIG)
-    wide = history.search.strain_sigma
-    for tick in range(5):
+    wide = history.search.anisotropy_sigma
+    for update in range(5):
         assert history.estimate is None or not history.estimate.is_locked
-        history = history.followed(placement(STRETCH, yaw=tick), WIDE)
+        history = history.followed(placement(STRETCH, yaw=update), WIDE)
     assert history.estimate.is_locked
     np.testing.assert_allclose(history.search.stretches, STRETCH[None], atol=1e-9)
-    assert history.search.strain_sigma < wide
+    assert history.search.anisotropy_sigma < wide
 
 
 @pytest.mark.parametrize(
@@ -104,8 +104,8 @@ def test_a_drawing_that_has_to_bend_measures_only_what_is_wide():
         ScaleHistory.begun('approximate', CONFIG),
     )
     for _ in range(9):
-        history = history.followed(placement(STRETCH), WIDE, bend_m=0.3)
-        wider = wider.followed(placement(STRETCH), 3.0 * WIDE, bend_m=0.3)
+        history = history.followed(placement(STRETCH), WIDE, deformation_m=0.3)
+        wider = wider.followed(placement(STRETCH), 3.0 * WIDE, deformation_m=0.3)
     assert not history.estimate.is_locked
     assert wider.estimate.is_locked
 
@@ -124,13 +124,13 @@ def test_a_stated_scale_is_doubted_at_the_odds_of_its_being_so_wrong():
     farther = ScaleHistory.begun(
         'approximate', CONFIG.model_copy(update={'scale_tolerance': 0.2})
     ).search
-    assert search.bounds[1] < search.misstated.bounds[1] < 1.4
+    assert search.bounds[1] < search.wide_scales.bounds[1] < 1.4
     assert -6.0 < farther.log_odds < search.log_odds < -2.0
-    assert search.as_stated.misstated is None
+    assert search.as_stated.wide_scales is None
     for settings in ('trusted', CONFIG), ('unknown', CONFIG):
-        assert ScaleHistory.begun(*settings).search.misstated is None
+        assert ScaleHistory.begun(*settings).search.wide_scales is None
     told = CONFIG.model_copy(update={'scale_tolerance': 0.4})
-    assert ScaleHistory.begun('approximate', told).search.misstated is None
+    assert ScaleHistory.begun('approximate', told).search.wide_scales is None
 
 
 def test_a_scale_that_was_held_at_the_bounds_is_not_within_them():
@@ -146,7 +146,7 @@ def test_a_claim_beyond_what_was_stated_goes_on_there_until_it_is_lost():
     history = ScaleHistory.begun('approximate', CONFIG)
     history = history.followed(placement(1.22 * np.eye(2)), SLIVER)
     assert history.search.bounds[1] > 1.25
-    assert history.search.misstated is None
+    assert history.search.wide_scales is None
     history = history.forgotten()
     assert history.search.bounds[1] < 1.2
 
@@ -164,7 +164,7 @@ def test_a_misstated_scale_is_found_out(factor):
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % 5 == 4:
-            output = localizer.tick(stamp_ns)
+            output = localizer.update(stamp_ns)
     assert output.status is Status.LOCALIZED
     assert f'{output.estimates.scale[0]:.2f} times the stated scale' in output.reason
     assert output.estimates.scale[0] == pytest.approx(factor, rel=0.02)
@@ -183,7 +183,7 @@ def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % 5 == 4:
-            output = localizer.tick(stamp_ns)
+            output = localizer.update(stamp_ns)
     assert output.status is Status.LOCALIZED
     assert output.scale.factor == pytest.approx(factor, rel=0.03)
     x, y, _ = drive()[-1]

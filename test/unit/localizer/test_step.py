@@ -8,7 +8,7 @@ import pytest
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2
-from fpnet_core.localizer.continuity import Continuity, KnownWalls
+from fpnet_core.localizer.odometry_monitor import KnownWalls, OdometryMonitor
 from fpnet_core.submaps import SubmapBuilder
 
 AT = 40
@@ -19,7 +19,7 @@ class Following:
 
     def __init__(self, scans, knows_all=True):
         self._knows_all = knows_all
-        self.continuity, self.builder = Continuity(LocalizerConfig()), SubmapBuilder()
+        self.continuity, self.builder = OdometryMonitor(LocalizerConfig()), SubmapBuilder()
         self._walls = KnownWalls()
         self.breaks = [self.take(*each) for each in scans]
 

@@ -12,20 +12,20 @@ from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import drive, recorded
 from planted_site import EvenMatcher, laid_elsewhere, other_storey
 import pytest
-from test_tick import digest
+from test_update import digest
 
 from fpnet_core.config import load_config
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import SE2
-from fpnet_core.judging import Judge
-from fpnet_core.localizer import Finder, Localizer, StoreyPlan
-from fpnet_core.localizer.belief import HypothesisTracker
+from fpnet_core.localizer import GlobalLocalizer, Localizer, StoreyPlan
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.localizer.storeys import prepared_storeys, weights_of_word, with_priors
-from fpnet_core.localizer.tick import tick
-from fpnet_core.localizer.tick_state import Seen, TickState
+from fpnet_core.localizer.tracking import HypothesisTracker
+from fpnet_core.localizer.update import update
+from fpnet_core.localizer.update_state import Observation, UpdateState
+from fpnet_core.scoring import PlacementScorer
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, Status
 
@@ -45,7 +45,7 @@ def run(localizer, scans=None, tick_every=5):
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans or recorded()):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
         if index % tick_every == tick_every - 1:
-            outputs.append(localizer.tick(stamp_ns))
+            outputs.append(localizer.update(stamp_ns))
     return outputs
 
 
@@ -76,7 +76,7 @@ def test_the_snapshot_has_the_storey_that_its_output_is_about():
     localizer, about = new(OTHER, TRUE), []
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
         localizer.add_scan(points, T_odom_sensor, stamp_ns)
-        if index % 5 == 4 and localizer.tick(stamp_ns).storey:
+        if index % 5 == 4 and localizer.update(stamp_ns).storey:
             about.append((localizer.snapshot.output.storey, localizer.snapshot.plan.name))
     assert {said for said, _ in about} == {'other', 'true'}
     assert all(said == plan for said, plan in about)
@@ -139,7 +139,7 @@ def test_an_initial_pose_names_its_storey():
     localizer = new(TRUE, EQUAL)
     run(localizer, recorded()[:40])
     localizer.suggest(hint_at(39, 'true'))
-    assert localizer.tick(recorded()[39][2]).storey == 'true'
+    assert localizer.update(recorded()[39][2]).storey == 'true'
     claims = [o for o in run(localizer, recorded()[40:]) if o.status is Status.LOCALIZED]
     assert claims
     assert {o.storey for o in claims} == {'true'}
@@ -194,18 +194,20 @@ def test_a_claim_on_the_last_storey_comes_hardly_later_than_on_it_alone(others):
 def looked():
     """Each tick on a site of many: (was settled, output, floor that others were searched with)."""
     storeys = (TRUE, *(replace(OTHER, name=str(k)) for k in range(9)))
-    state, told = TickState().on(*prepared_storeys(storeys, CONFIG)), []
-    finder = Finder(EvenMatcher(), Judge.configured(CONFIG.localizer), CONFIG)
+    state, told = UpdateState().on(*prepared_storeys(storeys, CONFIG)), []
+    global_localizer = GlobalLocalizer(
+        EvenMatcher(), PlacementScorer.configured(CONFIG.localizer), CONFIG
+    )
     tracker, builder = (
-        HypothesisTracker(CONFIG.localizer, finder.judge),
+        HypothesisTracker(CONFIG.localizer, global_localizer.scorer),
         SubmapBuilder(CONFIG.submap),
     )
     for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
         builder.add_scan(points, T_odom_sensor, stamp_ns)
         if index % 5 == 4:
-            was_settled = tracker.is_settled(state.standing)
-            seen = Seen(stamp_ns, builder.take(), T_odom_sensor)
-            state, output = tick(state, seen, finder, StageTimer())
+            was_settled = tracker.is_settled(state.track)
+            seen = Observation(stamp_ns, builder.take(), T_odom_sensor)
+            state, output = update(state, seen, global_localizer, StageTimer())
             searched_m2 = {each.plan.name: each.searched_m2 for each in state.others}
             told.append((was_settled, output, searched_m2))
     return told

@@ -13,13 +13,13 @@ from fpnet_core.types import OCCUPIED, Status
 def recorded_ticks(monkeypatch):
     """What every tick from now on returns, as it is returned."""
     outputs = []
-    tick = Localizer.tick
+    update = Localizer.update
 
     def recording_tick(self, now_ns):
-        outputs.append(tick(self, now_ns))
+        outputs.append(update(self, now_ns))
         return outputs[-1]
 
-    monkeypatch.setattr(Localizer, 'tick', recording_tick)
+    monkeypatch.setattr(Localizer, 'update', recording_tick)
     return outputs
 
 

@@ -22,9 +22,9 @@ MODEL = EvidenceModel(np.array(KNOWN + (len(EVIDENCE) - len(KNOWN)) * [0.0]), 3.
 
 
 def settled(plan, sub, log_p):
-    plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
-    assignments = find_assignments(plan_side, sub_side, log_p)
-    return plan_side, sub_side, *rank(assignments, MODEL)
+    prepared_plan, prepared_submap = graph_geometry(plan), graph_geometry(sub)
+    assignments = find_assignments(prepared_plan, prepared_submap, log_p)
+    return prepared_plan, prepared_submap, *rank(assignments, MODEL)
 
 
 def test_consensus_finds_the_rooms_that_no_likelihood_tells_apart():
@@ -42,8 +42,8 @@ def test_hypotheses_lead_from_the_submap_to_the_plan():
     plan, sub, labels = toy_pair(np.random.default_rng(6), rooms=7, seen=5)
     likely = np.full((len(plan), len(sub)), -6.0)
     likely[labels, np.arange(len(sub))] = 0.0
-    plan_side, sub_side, assignments, posterior = settled(plan, sub, likely)
-    best = hypotheses_of(assignments, posterior, plan_side, sub_side)[0]
+    prepared_plan, prepared_submap, assignments, posterior = settled(plan, sub, likely)
+    best = hypotheses_of(assignments, posterior, prepared_plan, prepared_submap)[0]
     assert best.probability > 0.9
     assert best.pairs.tolist() == [[label, j] for j, label in enumerate(labels)]
     source = np.array([region.centroid for region in sub.regions])
@@ -57,8 +57,8 @@ def test_probabilities_are_those_of_an_assignment():
     rng = np.random.default_rng(8)
     base = rng.random((len(plan), len(sub)))
     base /= 2.0 * max(base.sum(axis=0).max(), base.sum(axis=1).max())
-    _, sub_side, assignments, posterior = settled(plan, sub, np.log(base))
-    probability = pair_probability(base, assignments, posterior, sub_side)
+    _, prepared_submap, assignments, posterior = settled(plan, sub, np.log(base))
+    probability = pair_probability(base, assignments, posterior, prepared_submap)
     assert probability.min() >= 0.0
     assert probability.sum(axis=0).max() <= 1.0 + 1e-9
     assert probability.sum(axis=1).max() <= 1.0 + 1e-9
@@ -66,12 +66,14 @@ def test_probabilities_are_those_of_an_assignment():
 
 def test_partners_are_one_to_one_and_of_the_same_kind():
     plan, sub, _ = toy_pair(np.random.default_rng(9), rooms=8, seen=5)
-    plan_side, sub_side, assignments, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+    prepared_plan, prepared_submap, assignments, _ = settled(
+        plan, sub, np.zeros((len(plan), len(sub)))
+    )
     assert len(assignments) > 10
     for partner in assignments.partner:
         taken = partner[partner >= 0]
         assert len(set(taken.tolist())) == len(taken)
-        assert (plan_side.is_door[taken] == sub_side.is_door[partner >= 0]).all()
+        assert (prepared_plan.is_door[taken] == prepared_submap.is_door[partner >= 0]).all()
 
 
 def test_a_single_region_has_no_consensus():

@@ -21,15 +21,15 @@ from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import load_config
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import ConfigError
-from fpnet_core.judging.asked import Asked
-from fpnet_core.localizer import create_finder, prepare_plan
+from fpnet_core.localizer import create_global_localizer, prepare_plan
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
 from fpnet_core.segmentation.moved import rescaled, rescaled_rooms
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.evaluation.plan_tours import drive_tour
 
 CONFIG = load_config(None, {})
-ASKED = Asked(('fpnet', 'check-plan'), 'plan.png')
+ASKED = Invocation(('fpnet', 'check-plan'), 'plan.png')
 CELL_M = 0.05
 # x0, y0, x1, y1 [m]: a corridor; three equal rooms above it; below one that differs.
 CORRIDOR = (0, 4, 15, 6)
@@ -60,7 +60,7 @@ def room_at(segmentation, xy):
 @pytest.fixture(scope='module')
 def repeated():
     plan = prepare_plan(storey((CORRIDOR, *EQUAL, *ODD), DOORS), CONFIG)
-    return plan, self_similarity(plan, create_finder(CONFIG))
+    return plan, self_similarity(plan, create_global_localizer(CONFIG))
 
 
 def test_equal_rooms_are_twins_of_each_other(repeated):
@@ -91,13 +91,15 @@ def test_a_storey_of_two_equal_halves_lies_on_itself():
     doors = ((1, 6), (7, 6), (4, 4), (10, 4))
     plan = prepare_plan(storey([np.add(r, (1, 2, 1, 2)) for r in rooms],
                                [np.add(d, (1, 2)) for d in doors]), CONFIG)  # fmt: skip
-    similarity = self_similarity(plan, create_finder(CONFIG))
+    similarity = self_similarity(plan, create_global_localizer(CONFIG))
     assert [abs(round(twin.turn_deg)) for twin in similarity.whole] == [180]
     assert len(similarity.with_neighbours) == 5
 
 
 def test_a_storey_of_unlike_rooms_is_clear_from_a_room_with_its_neighbours():
-    similarity = self_similarity(prepare_plan(plan_grid(), CONFIG), create_finder(CONFIG))
+    similarity = self_similarity(
+        prepare_plan(plan_grid(), CONFIG), create_global_localizer(CONFIG)
+    )
     assert similarity.with_neighbours == {}
     assert similarity.whole == ()
 

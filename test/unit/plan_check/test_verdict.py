@@ -11,7 +11,7 @@ from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
-from fpnet_core.judging.asked import Asked
+from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import segment_floorplan, told_scale
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -19,7 +19,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 CONFIG = FpnetConfig().segmentation
 CELL_M = 0.1
 WIDE_M, DEEP_M = 40.0, 25.0
-ASKED = Asked(('fpnet', 'check-plan'), 'hall.png')
+ASKED = Invocation(('fpnet', 'check-plan'), 'hall.png')
 
 
 def hall(offices=2, gate_m=3.0):
@@ -105,8 +105,8 @@ def test_a_picture_of_something_else_is_no_floorplan():
 
 def test_a_written_plan_is_not_read_again_to_be_looked_at(tmp_path):
     plan, drawing = tmp_path / 'plan.yaml', tmp_path / 'plan.png'
-    asked = Asked(('fpnet', 'check-plan'), str(plan))
-    assert asked.look_at_reading().startswith('fpnet plan ')
+    invocation = Invocation(('fpnet', 'check-plan'), str(plan))
+    assert invocation.look_at_reading().startswith('fpnet plan ')
     (tmp_path / 'plan_reading.png').touch()
-    assert asked.look_at_reading() == f'look at {tmp_path / "plan_reading.png"}'
-    assert Asked(('fpnet', 'plan'), str(drawing)).look_at_reading().startswith('fpnet plan ')
+    assert invocation.look_at_reading() == f'look at {tmp_path / "plan_reading.png"}'
+    assert Invocation(('fpnet', 'plan'), str(drawing)).look_at_reading().startswith('fpnet plan ')

@@ -12,7 +12,7 @@ from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D, angle_b
 from fpnet_core.pose import (
     FINE,
     ROUGH,
-    Freedom,
+    AlignmentPrior,
     agreement,
     aligned_placements,
     coarse_support,
@@ -121,8 +121,8 @@ def test_refinement_recovers_pose_and_anisotropy(seed):
     off = Similarity2D.from_scale_yaw(1.0, np.deg2rad(67.0) + rng.uniform(-0.06, 0.06), [0.0, 0.0])
     start = A_PLAN_SUBMAP.apply(mid) - off.apply(mid) + rng.uniform(-0.4, 0.4, 2)
     starts = Placements(off.linear[None], start[None])
-    rough = refine(plan, sub.walls, starts, Freedom(0.03), ROUGH)
-    got = refine(plan, sub.walls, rough, Freedom(0.03), FINE)
+    rough = refine(plan, sub.walls, starts, AlignmentPrior(0.03), ROUGH)
+    got = refine(plan, sub.walls, rough, AlignmentPrior(0.03), FINE)
     error = np.linalg.norm(got.apply(sub.walls)[0] - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
     assert error.max() < 0.1, f'seed {seed}'
     assert np.abs(got.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01, f'seed {seed}'
@@ -140,7 +140,7 @@ def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
     linear = np.diag([1.4, 0.8]) @ A_PLAN_SUBMAP.linear
     done = Placements.of([Affine2D(linear, A_PLAN_SUBMAP.translation)])
     for _ in range(5):
-        done = refine(plan, sub.walls, done, Freedom(0.02, stretch), ROUGH)
+        done = refine(plan, sub.walls, done, AlignmentPrior(0.02, stretch), ROUGH)
     reference = np.sqrt(np.linalg.det(done.linear[0])) * np.eye(2) if stretch is None else stretch
     assert np.abs(strain_of(done.linear[0], reference)).max() <= 1.05 * STRAIN_LIMIT * 0.02
 
@@ -149,14 +149,14 @@ def test_a_scale_that_nobody_allowed_is_not_taken():
     plan, sub = sides()
     larger = Affine2D(1.2 * A_PLAN_SUBMAP.linear, 1.2 * A_PLAN_SUBMAP.translation)
     start = Placements.of([larger])
-    done = refine(plan, sub.walls, start, Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
+    done = refine(plan, sub.walls, start, AlignmentPrior(0.03, scales=(0.9, 1.1)), ROUGH)
     assert 0.9 <= np.sqrt(np.linalg.det(done.linear[0])) <= 1.105
 
 
 def test_a_strain_within_its_bound_is_found_from_the_known_stretch():
     plan, sub = sides()
     start = Placements.of([A_PLAN_SUBMAP])
-    again = refine(plan, sub.walls, start, Freedom(0.03, np.eye(2)), FINE)
+    again = refine(plan, sub.walls, start, AlignmentPrior(0.03, np.eye(2)), FINE)
     assert np.abs(again.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01
 
 
@@ -178,7 +178,7 @@ def test_estimates_are_distinct_where_the_robot_is():
         SE2.from_xy_yaw(*rng.uniform(-4, 4, 2), turn) @ A_PLAN_SUBMAP
         for turn in np.deg2rad([0, 5, 90, 180, 180, 270])
     ]
-    found = aligned_placements(plan, sub, Placements.of(starts), Freedom(0.03), robot)
+    found = aligned_placements(plan, sub, Placements.of(starts), AlignmentPrior(0.03), robot)
     placed = [e.A_plan_submap.apply(compared_at(sub, robot)) for e in found]
     apart = [
         np.linalg.norm(a - b, axis=1).mean() for k, a in enumerate(placed) for b in placed[:k]

@@ -11,7 +11,7 @@ import pytest
 
 from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
-from fpnet_core.pose import Freedom, aligned_placements, map_evidence
+from fpnet_core.pose import AlignmentPrior, aligned_placements, map_evidence
 from fpnet_core.pose.raster_search import search_placements, wall_turns
 from fpnet_core.types import UNKNOWN
 
@@ -72,7 +72,7 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
     linear = SHRUNK * A_PLAN_SUBMAP.linear
     tiny = Affine2D(linear, placed - linear @ centre)
     candidates = Placements.of([tiny, A_PLAN_SUBMAP @ SE2.from_xy_yaw(0.1, -0.1, 0.01)])
-    found = aligned_placements(plan_evidence(), sub, candidates, Freedom(0.03))
+    found = aligned_placements(plan_evidence(), sub, candidates, AlignmentPrior(0.03))
     assert corner_error(found[0].A_plan_submap, sub) < 0.3
     assert found.scale[0] == pytest.approx(1.0, abs=0.05)
     assert found[0].score > 0.8
@@ -80,7 +80,7 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
 
 def test_no_candidates_give_no_estimates():
     sides = plan_evidence(), room_evidence()
-    found = aligned_placements(*sides, Placements.empty(), Freedom(0.03))
+    found = aligned_placements(*sides, Placements.empty(), AlignmentPrior(0.03))
     assert len(found) == 0
 
 

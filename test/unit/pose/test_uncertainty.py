@@ -14,11 +14,11 @@ from fpnet_core.pose.uncertainty import (
     FIGURES,
     Misfit,
     UncertaintyModel,
+    heading_residual_of,
     packaged_uncertainty,
-    unrest_of,
     wall_information,
 )
-from fpnet_core.spread import Growth, Signs, carried
+from fpnet_core.pose_covariance import Growth, PoseFeatures, carried
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 CELL_M = 0.05
@@ -44,8 +44,8 @@ def corridor(end_m=None):
 
 
 def spread_on(plan, seen, A=HERE, robot=MIDDLE, misfit=GOOD):
-    signs = Signs(wall_information(plan, seen, A, robot), misfit.figures)
-    return packaged_uncertainty().spread(signs, robot, 0)
+    features = PoseFeatures(wall_information(plan, seen, A, robot), misfit.figures)
+    return packaged_uncertainty().covariance(features, robot, 0)
 
 
 def test_the_covariance_is_longer_along_a_bare_corridor_than_across_it():
@@ -80,12 +80,15 @@ def test_unrest_is_the_turn_of_what_was_seen_last_and_wears_off():
     plan, seen = corridor()
     turn = SE2.from_xy_yaw(0.0, 0.0, 0.02)
     turned = turn.apply(seen - MIDDLE) + MIDDLE
-    found = unrest_of(plan, turned, HERE, MIDDLE)
+    found = heading_residual_of(plan, turned, HERE, MIDDLE)
     assert found == pytest.approx(0.02, rel=0.3)
-    assert unrest_of(plan, seen, HERE, MIDDLE) < 0.003
-    later = [unrest_of(plan, seen, HERE, MIDDLE, (found, age_s)) for age_s in (1.0, 10.0, 100.0)]
+    assert heading_residual_of(plan, seen, HERE, MIDDLE) < 0.003
+    later = [
+        heading_residual_of(plan, seen, HERE, MIDDLE, (found, age_s))
+        for age_s in (1.0, 10.0, 100.0)
+    ]
     assert found > later[0] > later[1] > later[2]
-    assert unrest_of(plan, np.zeros((0, 2)), HERE, MIDDLE) == 0.0
+    assert heading_residual_of(plan, np.zeros((0, 2)), HERE, MIDDLE) == 0.0
 
 
 def test_it_turns_with_the_map():
@@ -105,16 +108,18 @@ def test_a_covariance_is_positive_definite_and_grows_after_its_tick():
     for _ in range(50):
         root = rng.normal(size=(3, 3)) * rng.choice([0.0, 1.0, 30.0])
         figures = rng.normal(-3.0, 3.0, len(FIGURES))
-        spread = model.spread(Signs(root @ root.T, figures), rng.normal(size=2), 10**9)
+        covariance = model.covariance(
+            PoseFeatures(root @ root.T, figures), rng.normal(size=2), 10**9
+        )
         A = Affine2D(np.diag([1.1, 0.9]), np.zeros(2))
         before = 0.0
         for seconds in (0, 1, 2, 10):
-            cov = spread.at(A, spread.xy_odom, (1 + seconds) * 10**9)
+            cov = covariance.at(A, covariance.xy_odom, (1 + seconds) * 10**9)
             assert np.linalg.eigvalsh(cov).min() > 0.0
             assert np.linalg.det(cov) > before
             before = np.linalg.det(cov)
-        stood = spread.at(A, spread.xy_odom, 2 * 10**9)
-        driven = spread.at(A, spread.xy_odom + np.array([3.0, 0.0]), 2 * 10**9)
+        stood = covariance.at(A, covariance.xy_odom, 2 * 10**9)
+        driven = covariance.at(A, covariance.xy_odom + np.array([3.0, 0.0]), 2 * 10**9)
         assert np.trace(driven) > np.trace(stood)
 
 
@@ -141,8 +146,8 @@ def test_many_are_carried_as_one_by_one():
     information = np.tile(np.diag([50.0, 20.0, 100.0]), (5, 1, 1))
     cov = carried(model.covariances(figures, information), away, age_s, model.growth)
     for k in range(5):
-        spread = model.spread(Signs(information[k], figures[k]), np.zeros(2), 0)
-        one = spread.at(HERE, away[k], int(1e9 * age_s[k]))
+        covariance = model.covariance(PoseFeatures(information[k], figures[k]), np.zeros(2), 0)
+        one = covariance.at(HERE, away[k], int(1e9 * age_s[k]))
         np.testing.assert_allclose(cov[k], one, rtol=1e-6)
 
 

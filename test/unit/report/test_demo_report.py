@@ -32,8 +32,8 @@ def without_nodes(made_up_run, monkeypatch):
         write_output(session / 'last_tick.npz', run.outputs[-1])
         published = run.published
         write_tum(session / 'poses.tum', published.stamps_ns, published.xy, published.yaw)
-        ticks = [{'status': output.status.value} for output in run.outputs]
-        facts = {'scans': 2, 'registered_scans': 2, 'ticks': ticks}
+        updates = [{'status': output.status.value} for output in run.outputs]
+        facts = {'scans': 2, 'registered_scans': 2, 'ticks': updates}
         (session / 'session.json').write_text(json.dumps(facts))
 
     monkeypatch.setattr(demo, '_simulate', simulate)

@@ -90,11 +90,11 @@ def test_a_line_beside_which_nothing_has_joined_is_not_judged_again():
     lines = lines_between([(1, 2), (2, 3), (4, 5)], [1.0, 0.7, 0.5])
     counts = []
 
-    def judged(figures):
+    def scored(figures):
         counts.append(len(figures))
         return by_width(0.6)(figures)
 
-    assert join_pieces(pieces, lines, judged).tolist() == [0, 1, 1, 3, 4, 5]
+    assert join_pieces(pieces, lines, scored).tolist() == [0, 1, 1, 3, 4, 5]
     assert counts == [3, 1]  # all, then that between the joined pieces and the third
 
 

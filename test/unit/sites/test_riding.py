@@ -76,7 +76,7 @@ def driven(localizer, scans, height_m=0.0, start_ns=0):
         raised[2, 3] += height_m
         localizer.add_scan(points, raised, start_ns + stamp_ns)
         if index % 5 == 4:
-            outputs.append(localizer.tick(start_ns + stamp_ns))
+            outputs.append(localizer.update(start_ns + stamp_ns))
     return outputs
 
 
@@ -93,7 +93,7 @@ def ridden():
         raised[2, 3] = 0.1 * k
         localizer.add_scan(points, raised, stamp_ns + k * SCAN_NS)
         if k == 20:
-            inside = localizer.tick(stamp_ns + k * SCAN_NS)
+            inside = localizer.update(stamp_ns + k * SCAN_NS)
     top = np.array(T)
     top[2, 3] = 3.5
     for k in range(36, 50):

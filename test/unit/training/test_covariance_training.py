@@ -12,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from fpnet_core.pose.uncertainty import FIGURES, UncertaintyModel, packaged_uncertainty
-from fpnet_core.spread import Growth
+from fpnet_core.pose_covariance import Growth
 from fpnet_lab.kept import make_once
 from fpnet_lab.training.covariance import (
     CovarianceTraining,

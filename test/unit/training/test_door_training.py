@@ -106,8 +106,8 @@ def test_weights_come_back_as_they_were(tmp_path):
     model = fit_doors(samples, replace(QUICK, epochs=1))
     write_doors(tmp_path / 'doors.safetensors', model, QUICK, {'figures': {}})
     read = model_of(read_weights(tmp_path / 'doors.safetensors', DOOR_SCHEMA))
-    judges = [m.probability_of_one_room for m in (model, read)]
-    one, other = (join_pieces(first.pieces, first.lines, judge) for judge in judges)
+    scorers = [m.probability_of_one_room for m in (model, read)]
+    one, other = (join_pieces(first.pieces, first.lines, scorer) for scorer in scorers)
     np.testing.assert_array_equal(one, other)
 
 

@@ -9,8 +9,8 @@ from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_lab.training.evidence import (
     PlacementExample,
     fit_evidence_model,
-    judge_assignments,
     negative_log_likelihood,
+    score_assignments,
 )
 
 
@@ -70,4 +70,4 @@ def test_placements_are_judged_in_the_graphs_own_units():
     assignments = Assignments(
         rows, np.zeros((4, 1), np.int64), np.zeros((4, 1)), np.zeros((4, 11))
     )
-    assert judge_assignments(assignments, plan, sub, truth).tolist() == [True, False, False, False]
+    assert score_assignments(assignments, plan, sub, truth).tolist() == [True, False, False, False]

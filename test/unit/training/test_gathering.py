@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from fpnet_core.judging import CONTEXT, FIGURES, Evidence
+from fpnet_core.scoring import CONTEXT, FIGURES, Evidence
 from fpnet_core.segmentation.joining import DividingLines, Pieces
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.localization.suite import CaseOutcome
@@ -16,8 +16,8 @@ from fpnet_lab.training.covariance_drives import Samples
 from fpnet_lab.training.door_samples import DoorSample
 from fpnet_lab.training.doubts import DoubtTrial
 from fpnet_lab.training.gathering import MapTask
-from fpnet_lab.training.judge_trials import Trial, Trials
 from fpnet_lab.training.scale_samples import ScaleSamples
+from fpnet_lab.training.scorer_trials import Trial, Trials
 
 RNG = np.random.default_rng(8)
 RECORD = Record(

@@ -22,7 +22,7 @@ LABELS = torch.tensor([[2, 0, UNMATCHED, IGNORE]])
 PLAN_MASK = torch.tensor([[True, True, True, True, False]])
 
 
-def plan_side():
+def prepared_plan():
     """Return a plan of four nodes on a line, 0-1-2 connected, and one padded node."""
     features = torch.zeros((1, 5, 28), dtype=torch.float64)
     features[0, :4, 0] = torch.tensor([0.0, 0.3, 1.0, 1.6])
@@ -47,7 +47,7 @@ def soft_assignment(seed=0):
 
 
 def test_the_true_assignment_costs_nothing():
-    terms = matching_loss((hard_assignment() + 1e-12).log(), LABELS, plan_side(), LossConfig())
+    terms = matching_loss((hard_assignment() + 1e-12).log(), LABELS, prepared_plan(), LossConfig())
     assert float(terms.match) == pytest.approx(0.0, abs=1e-5)
     assert float(terms.topology) == pytest.approx(0.0, abs=1e-9)
     assert float(terms.spatial) == pytest.approx(0.0, abs=1e-9)
@@ -65,7 +65,7 @@ def test_match_loss_is_the_mean_likelihood_of_each_kind_of_node():
 
 def test_topology_loss_counts_broken_and_invented_edges():
     assignment = hard_assignment()[:, :-1, :-1]
-    adjacency = plan_side().adjacency
+    adjacency = prepared_plan().adjacency
     labels = torch.tensor([[2, 1, UNMATCHED, IGNORE]])
     # True partners 2 and 1 are adjacent; the assignment says 2 and 0, which are not.
     assert float(topology_loss(assignment, labels, adjacency)) == pytest.approx(1.0)
@@ -77,7 +77,7 @@ def test_spatial_loss_is_the_expected_distance():
     labels = torch.tensor([[2, IGNORE, IGNORE, IGNORE]])
     # Nodes 1 and 2 are at (0.3, 0.4) and (1.0, 0.1).
     expected = 0.5 * math.hypot(0.7, 0.3)
-    loss = spatial_loss(assignment, labels, pair_distances(plan_side()))
+    loss = spatial_loss(assignment, labels, pair_distances(prepared_plan()))
     assert float(loss) == pytest.approx(expected)
 
 
@@ -98,7 +98,7 @@ def test_gradients_agree_with_finite_differences(weights):
     def loss(values):
         dustbin = torch.tensor(0.3).double()
         log_x = log_assignment(values, dustbin, PLAN_MASK, mask, 20)
-        return matching_loss(log_x, LABELS, plan_side(), weights).total
+        return matching_loss(log_x, LABELS, prepared_plan(), weights).total
 
     scores.requires_grad_(True)
     (gradient,) = torch.autograd.grad(loss(scores), scores)
@@ -115,17 +115,17 @@ def test_gradients_agree_with_finite_differences(weights):
 
 def test_ignored_regions_cost_nothing():
     everything_ignored = torch.full((1, 4), IGNORE)
-    terms = matching_loss(soft_assignment(), everything_ignored, plan_side(), LossConfig())
+    terms = matching_loss(soft_assignment(), everything_ignored, prepared_plan(), LossConfig())
     assert float(terms.topology) == 0.0
     assert float(terms.spatial) == 0.0
     one_more = torch.tensor([[2, 0, UNMATCHED, UNMATCHED]])
-    different = matching_loss(soft_assignment(), one_more, plan_side(), LossConfig())
-    base = matching_loss(soft_assignment(), LABELS, plan_side(), LossConfig())
+    different = matching_loss(soft_assignment(), one_more, prepared_plan(), LossConfig())
+    base = matching_loss(soft_assignment(), LABELS, prepared_plan(), LossConfig())
     assert float(different.match) != pytest.approx(float(base.match))
 
 
 def test_total_is_the_weighted_sum():
     weights = LossConfig(match=2.0, topology=3.0, spatial=5.0)
-    terms = matching_loss(soft_assignment(), LABELS, plan_side(), weights)
+    terms = matching_loss(soft_assignment(), LABELS, prepared_plan(), weights)
     expected = 2.0 * terms.match + 3.0 * terms.topology + 5.0 * terms.spatial
     assert float(terms.total) == pytest.approx(float(expected))

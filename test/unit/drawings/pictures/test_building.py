@@ -144,10 +144,10 @@ def test_an_empty_sheet_shows_no_building():
 
 
 STRONG_FRAME = pytest.mark.xfail(
-    reason='the network takes a strong frame for walls (docs/drawings.md)', strict=True
+    reason='the network takes a strong frame for walls (notes/drawings.md)', strict=True
 )
 COURTYARD = pytest.mark.xfail(
-    reason='the network takes windows upon a blank courtyard for doors (docs/drawings.md)',
+    reason='the network takes windows upon a blank courtyard for doors (notes/drawings.md)',
     strict=True,
 )
 

@@ -23,7 +23,7 @@ from fpnet_core.drawings.pictures.doubts import (
     packaged_doubt_model,
     sheet_figures,
 )
-from fpnet_core.drawings.pictures.found import Found, rooms_of
+from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, rooms_of
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.stated import SaidScale
 from fpnet_core.errors import WeightsError
@@ -61,7 +61,7 @@ def found(known, seen=None, first=None):
     looks = [chances(known) if each is None else each for each in (seen, first)]
     building = SeenBuilding(cells, *looks, np.eye(3), ((0, 0, 340, 240),), 0, ANY_SCALE)
     rooms, _ = rooms_of(cells, CONFIG)
-    return Found(cells, np.eye(3), rooms, SaidScale(), seen=building)
+    return PlanHypothesis(cells, np.eye(3), rooms, SaidScale(), seen=building)
 
 
 def figure(building, name, x, y):

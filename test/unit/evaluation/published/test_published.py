@@ -169,9 +169,9 @@ def test_reports_of_something_else_are_refused(name, content):
 
 def test_an_hour_is_told_early_and_late():
     figures = published('long_run', HOUR, MADE)
-    titles, _, tick, *_ = rows(figures['long_run'])
+    titles, _, update, *_ = rows(figures['long_run'])
     assert titles == ['figure', 'at 5 minutes, exploring', 'at 60 minutes']
-    assert tick == ['tick, median', '40 ms', '40 ms']
+    assert update == ['tick, median', '40 ms', '40 ms']
     assert figures['long_run.explored'] == '937 m²'
     met = {row[0]: row[-1] for row in rows(figures['long_run.aims'])[2:]}
     assert list(met.values()) == ['met', 'met', 'met', 'missed']

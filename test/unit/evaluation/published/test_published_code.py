@@ -46,8 +46,8 @@ def test_every_outcome_of_a_reader_has_a_column():
 def test_growth_is_of_the_processor_and_aims_are_by_the_clock():
     figures = published('growth', GROWTH, MADE)
     assert rows(figures['growth'])[3] == ['20,000', '426', '3,173', '1.48 s', '1.05 s', '0.98 GB']
-    tick, memory = rows(figures['growth.aims'])[2:]
-    assert tick[1:] == ['1.15 s', '0.50 s', 'missed']
+    update, memory = rows(figures['growth.aims'])[2:]
+    assert update[1:] == ['1.15 s', '0.50 s', 'missed']
     assert memory[1:] == ['0.98 GB', '1.50 GB', 'met']
     assert rows(figures['growth.stages'])[2:] == [['segment', '0.43'], ['match', '0.09']]
     small = {'growth': [STOREY | {'area_m2': 300.0}]}

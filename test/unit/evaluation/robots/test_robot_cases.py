@@ -120,23 +120,23 @@ def test_few_cases_are_spread_over_the_bands_and_equal_each_time(data):
 @pytest.fixture
 def planted(data, monkeypatch):
     """Cases whose claims are planted: on their own plan, and on that of gdc2; counts the cuts."""
-    cut, count = Counter(), matching_robot.cut_plan
-    place, claims = matching_robot.match_cuts, iter(())
+    cut, count = Counter(), matching_robot.segment_plan
+    place, claims = matching_robot.match_segmented, iter(())
 
     def counted(grid, config, is_metric=False):
         cut[id(grid)] += 1
         return count(grid, config, is_metric)
 
-    def claimed(plan, sub, finder, timer):
+    def claimed(plan, sub, global_localizer, timer):
         status = MapMatchStatus.MATCHED if next(claims) else MapMatchStatus.AMBIGUOUS
-        return replace(place(plan, sub, finder, timer), status=status)
+        return replace(place(plan, sub, global_localizer, timer), status=status)
 
     cases = [case for case in robot_cases(data, 'tune', None, 3) if case.band == 'whole']
     order = [[d.building == 'gdc2' for d in case.foreign] + [True] for case in cases]
     # The warm-up is the first case on its own plan.
     claims = iter([True, *(said for case in order for said in case)])
-    monkeypatch.setattr(matching_robot, 'cut_plan', counted)
-    monkeypatch.setattr(matching_robot, 'match_cuts', claimed)
+    monkeypatch.setattr(matching_robot, 'segment_plan', counted)
+    monkeypatch.setattr(matching_robot, 'match_segmented', claimed)
     nowhere = SimpleNamespace(A_plan_submap=SE2.from_xy_yaw(50.0, 0.0, 0.0), score=0.5)
     monkeypatch.setattr(raster_methods, 'search_placement', lambda plan, sub: nowhere)
     return cases, cut

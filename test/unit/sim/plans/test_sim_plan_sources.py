@@ -165,7 +165,7 @@ def _run(*arguments):
 
 def test_the_command_makes_pairs_of_my_plan(tmp_path):
     write_map(_house(4), tmp_path / 'mine.yaml')
-    result = _run('--out', tmp_path / 'out', '--count', 2, '--plan', tmp_path / 'mine.yaml')
+    result = _run('--out', tmp_path / 'out', '--count', 2, '--floorplan', tmp_path / 'mine.yaml')
     assert result.exit_code == 0, result.output
     assert len(PairDataset(tmp_path / 'out')) == 2
     assert list(read_manifest(tmp_path / 'out')['source']['plans']) == ['mine']
@@ -179,7 +179,7 @@ def test_the_command_makes_pairs_of_my_plan(tmp_path):
         (['--preset', 'paper-real'], 'needs real floorplans; give --plans PATH'),
         ([], 'names no number of pairs; give --count'),
         (['--split', 'tune', '--count', 1], 'give --plans PATH'),
-        (['--plan', 'absent.png', '--count', 1], 'absent.png does not exist'),
+        (['--floorplan', 'absent.png', '--count', 1], 'absent.png does not exist'),
     ],
 )
 def test_impossible_requests_are_refused(tmp_path, arguments, message):

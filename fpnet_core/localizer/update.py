@@ -1,0 +1,297 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The tick: from what was known and what is seen to what is known now and what may be claimed.
+
+A function of values. Who calls it keeps the state, and may throw a result away: the same state
+and the same submap give the same answer again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.localizer.cached_search import CachedSearch
+from fpnet_core.localizer.diagnosis import causes_of_look, causes_of_waiting
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.global_localizer import Candidates, GlobalLocalizer, MatchQuery
+from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.kidnap import KidnapDetector
+from fpnet_core.localizer.prepared_maps import RobotXY, StageTimer, prepare_submap
+from fpnet_core.localizer.scale import ScaleSearch
+from fpnet_core.localizer.storeys import (
+    OtherStorey,
+    StoreyLook,
+    floor_posterior,
+    probabilities,
+    strongest,
+    unsearched,
+)
+from fpnet_core.localizer.tracking import (
+    HypothesisTracker,
+    LocalizationState,
+    TrackState,
+    UpdateContext,
+)
+from fpnet_core.localizer.update_state import Observation, UpdateState
+from fpnet_core.pose import PreparedMap
+from fpnet_core.pose.uncertainty import (
+    Misfit,
+    heading_residual_of,
+    packaged_uncertainty,
+    wall_information,
+)
+from fpnet_core.pose_covariance import PoseCovariance, PoseFeatures
+from fpnet_core.scoring import Posterior
+from fpnet_core.scoring.findings import Sensed
+from fpnet_core.scoring.reasons import NO_PLAN, UPSIDE_DOWN, waiting
+from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import path_length
+from fpnet_core.types import LocalizerOutput, Status, Submap
+
+
+def update(
+    state: UpdateState,
+    observation: Observation,
+    global_localizer: GlobalLocalizer,
+    timer: StageTimer,
+) -> tuple[UpdateState, LocalizerOutput]:
+    """
+    Segment, match, verify and decide: return the next state and what may be said.
+
+    Changes neither ``state`` nor ``seen``, and never raises on what sensors send; "no answer" is a
+    status.
+
+    Parameters
+    ----------
+    state : what the last tick left, or a beginning
+    seen : the submap and where the robot is in it
+    finder : matcher, judge and configuration
+    timer : measures the stages; the output has its durations, and nothing else hangs on them
+    """
+    plan, submap = state.plan, observation.submap
+    if plan is None:
+        return state, LocalizerOutput(
+            observation.now_ns, Status.NO_PLAN, submap=submap, reason=NO_PLAN
+        )
+    if submap is None or submap.free_area_m2 < global_localizer.config.localizer.min_explored_m2:
+        return state, _waiting(observation, global_localizer)
+    with timer.stage('total'):
+        hangs = observation.is_upside_down
+        return _Update(
+            state, plan, submap, observation.robot_xy, global_localizer, timer, hangs
+        ).run()
+
+
+def _waiting(observation: Observation, global_localizer: GlobalLocalizer) -> LocalizerOutput:
+    """Return the output of a tick that has seen too little to compare."""
+    seen_m2 = 0.0 if observation.submap is None else observation.submap.free_area_m2
+    return LocalizerOutput(
+        observation.now_ns,
+        Status.WAITING,
+        submap=observation.submap,
+        reason=waiting(seen_m2, global_localizer.config.localizer.min_explored_m2),
+        causes=causes_of_waiting(
+            observation.submap, global_localizer.config, observation.T_odom_sensor is not None
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """What the search, or the following of the last one, has led to."""
+
+    segmenter: SubmapSegmenter
+    searched: CachedSearch
+    candidates: Candidates
+
+
+@dataclass(frozen=True, eq=False)
+class _Update:
+    """One tick with a floorplan and enough to compare it with; a method for each step."""
+
+    state: UpdateState
+    plan: Floorplan
+    submap: Submap
+    robot_xy: RobotXY
+    global_localizer: GlobalLocalizer
+    timer: StageTimer
+    is_upside_down: bool
+
+    def run(self) -> tuple[UpdateState, LocalizerOutput]:
+        """Return the next state and the output."""
+        state, submap, config = self.state, self.submap, self.global_localizer.config.localizer
+        tracker = HypothesisTracker(config, self.global_localizer.scorer)
+        found = self._placed()
+        look = StoreyLook(submap, found.searched.sub, self.global_localizer, self.robot_xy)
+        others, is_fresh = look.looked_at(
+            state.others, tracker.is_settled(state.track), not found.searched.updates, self.timer
+        )
+        # Storeys that keep a claim from being made come before doubts about this one.
+        has_searched = not unsearched(others, submap.free_area_m2)
+        doubts = has_searched and tracker.wants_mirror(state.track)
+        search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
+        sub = found.searched.sub
+        query = self._query(sub, search)
+        candidates = self.global_localizer.with_wide_scales(query, found.candidates, self.timer)
+        found = replace(found, candidates=candidates)
+        posterior, hint = self._hinted(found.candidates.posterior)
+        posterior, others = floor_posterior(
+            self.global_localizer.scorer, posterior, self.plan, others, is_fresh
+        )
+        plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
+        track, estimate = tracker.update(
+            state.track, posterior, self._context(sub, hint, others), mirrored
+        )
+        plan = plan.after(estimate, sub.evidence.walls)
+        kidnap_state, checked, A = KidnapDetector(config).update(
+            state.kidnap_state, plan.working.evidence, submap, estimate, self.robot_xy
+        )
+        covariance = self._covariance(checked, A)
+        after = UpdateState(
+            plan=plan,
+            segmenter=found.segmenter,
+            track=track,
+            kidnap_state=kidnap_state,
+            tracked=estimate.scored @ submap.T_odom_submap.inv(),
+            searched=found.searched if tracker.is_settled(track) else None,
+            hint=hint,
+            covariance=covariance,
+            is_elsewhere=KidnapDetector(config).is_elsewhere(kidnap_state),
+            others=others,
+        )
+        causes = causes_of_look(
+            query, posterior, submap, checked.status, checked.is_mirrored,
+            self.plan.scale_conflict,
+            Sensed(self.is_upside_down and checked.is_mirrored),
+        )  # fmt: skip
+        output = self._output(plan, found, estimate.scored, checked, A, covariance)
+        storeys = probabilities(plan, posterior, others)
+        named = replace(output, causes=causes, storey=plan.name, storeys=storeys)
+        best = strongest(others)
+        is_hinted = hint is not None and not hint.is_doubted
+        if best is None or best.best <= posterior.best or is_hinted or after.is_elsewhere:
+            return after, named
+        left = OtherStorey(plan, after.tracked, posterior, found.searched.free_area_m2)
+        begun = TrackState(was_localized=track.was_localized)
+        # It has been looked at in this tick, and has won.
+        if best.posterior is not None and is_fresh[others.index(best)]:
+            begun, _ = tracker.update(begun, best.posterior, self._context(sub, None, others))
+        return replace(after.about(best.plan.name, left), track=begun), named
+
+    def _placed(self) -> _Found:
+        """Search the whole plan, or follow what the last search found where that will do."""
+        state, submap = self.state, self.submap
+        search, last = self.plan.scale.search.as_stated, state.searched
+        if last is not None and last.holds(submap, self.global_localizer.config.localizer):
+            query = self._query(last.sub, search)
+            searched, candidates = last.followed(self.global_localizer, query, submap, self.timer)
+            return _Found(state.segmenter, searched, candidates)
+        sub, segmenter = prepare_submap(submap, state.segmenter, self.timer)
+        candidates = self.global_localizer.find(self._query(sub, search), self.timer)
+        searched = CachedSearch(sub, candidates.match, submap.free_area_m2)
+        return _Found(segmenter, searched, candidates)
+
+    def _query(self, sub: PreparedMap, search: ScaleSearch) -> MatchQuery:
+        """Return where the submap lies, also by the last tick's placements, as a question."""
+        tracked = self.state.tracked @ self.submap.T_odom_submap
+        area_m2 = self.submap.free_area_m2
+        return MatchQuery(self.plan.working, sub, area_m2, search, tracked, self.robot_xy)
+
+    def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Posterior]:
+        """Return the verdict on the drawing's mirror image, and the plan that has it by now."""
+        scale = found.candidates.estimates.take(slice(1)).scale
+        # A drawing both flipped and misstated matters only as a misstated one's rival.
+        alike = search.as_stated if search.is_within(scale).all() else search
+        with self.timer.stage('mirror'):
+            plan = self.plan.with_mirror()
+            assert plan.mirror is not None  # it was asked for
+            # Its stages are not the drawing's.
+            area_m2 = self.submap.free_area_m2
+            query = MatchQuery(plan.mirror, found.searched.sub, area_m2, alike)
+            mirrored = self.global_localizer.find(query, StageTimer())
+        return plan, mirrored.posterior
+
+    def _hinted(self, posterior: Posterior) -> tuple[Posterior, PoseHint | None]:
+        """Return the verdict after someone's word, unless walls outweigh it, and what is left."""
+        hint = self.state.hint
+        if hint is None or not posterior.placements:
+            return posterior, hint
+        A_submap_odom = self.submap.T_odom_submap.inv()
+        agrees = hint.agreeing(posterior.placements, A_submap_odom)
+        hinted = self.global_localizer.scorer.with_hint(posterior, agrees, hint.log_odds)
+        is_heeded = bool(hint.agreeing(hinted.placements.take(slice(1)), A_submap_odom)[0])
+        return (hinted if is_heeded else posterior), hint.after(is_heeded)
+
+    def _context(
+        self, sub: PreparedMap, hint: PoseHint | None, others: tuple[OtherStorey, ...]
+    ) -> UpdateContext:
+        area_m2, rival = self.submap.free_area_m2, strongest(others)
+        is_little = area_m2 < self.plan.half_area_m2
+        return UpdateContext(
+            sub.evidence,
+            self.submap.T_odom_submap.inv(),
+            self.robot_xy,
+            floor_m2=area_m2,
+            driven_m=path_length(self.submap.path_xy),
+            unseen_m=self.plan.working.evidence.unseen_wall_m(area_m2),
+            needs_news=is_little and (hint is None or hint.is_doubted),
+            scales=self.plan.scale.tolerated,
+            storey=self.plan.name if others else '',
+            rival_storey=None if rival is None else rival.said,
+            unsearched=unsearched(others, area_m2),
+        )
+
+    def _output(
+        self,
+        plan: Floorplan,
+        found: _Found,
+        scored: Placements,
+        estimate: LocalizationState,
+        A_working_odom: Affine2D | None,
+        covariance: PoseCovariance | None,
+    ) -> LocalizerOutput:
+        estimates = plan.nominal_estimates(scored)
+        is_hung = estimate.is_mirrored and self.is_upside_down
+        return LocalizerOutput(
+            stamp_ns=self.submap.stamp_ns,
+            status=estimate.status,
+            A_plan_odom=None if A_working_odom is None else plan.to_nominal(A_working_odom),
+            covariance=None if covariance is None else plan.nominal_covariance(covariance),
+            probability=estimate.probability,
+            estimates=estimates,
+            match=found.candidates.match,
+            segmentation=found.searched.sub.segmentation,
+            graph=found.searched.sub.graph,
+            submap=self.submap,
+            timings_ms=self.timer.timings_ms,
+            scale=plan.nominal_scale(),
+            reason=UPSIDE_DOWN if is_hung else estimate.reason,
+            is_mirrored=estimate.is_mirrored,
+        )
+
+    def _covariance(
+        self, estimate: LocalizationState, A_plan_odom: Affine2D | None
+    ) -> PoseCovariance | None:
+        """Return how far the robot may be from where a claim puts it, working metres."""
+        if A_plan_odom is None:
+            return None
+        plan, submap, last = self.plan.working.evidence, self.submap, self.state.covariance
+        assert self.robot_xy is not None  # a claim rests on scans, and they have poses
+        recent, newest, xy_odom = (
+            submap.T_odom_submap.apply(xy)
+            for xy in (submap.recent_xy, submap.newest_xy, self.robot_xy)
+        )
+        before = (0.0, 0.0)
+        if last is not None:
+            before = (
+                last.features.heading_residual_rad,
+                (submap.stamp_ns - last.stamp_ns) / NS_PER_S,
+            )
+        heading_residual_rad = heading_residual_of(plan, newest, A_plan_odom, xy_odom, before)
+        figures = Misfit(estimate.deformation_m, estimate.residual_m, heading_residual_rad).figures
+        information = wall_information(plan, recent, A_plan_odom, xy_odom)
+        features = PoseFeatures(information, figures, heading_residual_rad)
+        return packaged_uncertainty().covariance(features, xy_odom, submap.stamp_ns)

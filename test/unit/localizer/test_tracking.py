@@ -1,0 +1,207 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""When a placement may be claimed, and when a claim ends."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from planted import submap_grid
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.localizer.tracking import HypothesisTracker, TrackState, UpdateContext
+from fpnet_core.pose import map_evidence
+from fpnet_core.scoring import CONTEXT, FIGURES, Evidence, PlacementModel, PlacementScorer
+from fpnet_core.types import Status
+
+CONFIG = LocalizerConfig(confirm_updates=3, plan_prior=0.99)
+SCORER = PlacementScorer(PlacementModel.indifferent(), CONFIG.plan_prior)
+HERE, THERE = SE2.from_xy_yaw(3.0, -2.0, 0.4), SE2.from_xy_yaw(-8.0, 5.0, -2.0)
+
+
+@cache
+def evidence():
+    return map_evidence(submap_grid())
+
+
+def posterior(*placed, none=-2.0):
+    """Posterior on (transform, weight) pairs; a weight is log odds against another building."""
+    placements = Placements.of(Affine2D(T.linear, T.translation) for T, _ in placed)
+    blank = Evidence(
+        np.zeros((len(placed), len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)
+    )
+    weights = np.array([weight for _, weight in placed], dtype=np.float64)
+    return SCORER.normalized(placements, blank, weights, none)
+
+
+GOOD = posterior((HERE, 8.0), (THERE, 0.0))
+OTHER = posterior((THERE, 8.0), (HERE, 0.0))
+TIE = posterior((HERE, 8.0), (THERE, 8.0))
+UNSURE = posterior((HERE, 8.0), (THERE, 6.0))
+POOR = posterior((HERE, -8.0), (THERE, -9.0), none=-9.0)
+NOTHING = posterior()
+NO_MIRROR = posterior((HERE, -6.0), none=-6.0)
+
+
+class Following:
+    """Goes on from where each tick has led."""
+
+    def __init__(self):
+        self._tracker = HypothesisTracker(CONFIG, SCORER)
+        self.track = TrackState()
+
+    @property
+    def wants_mirror(self):
+        return self._tracker.wants_mirror(self.track)
+
+    def update(self, update, mirrored=None, sub=None, **options):
+        context = UpdateContext(sub or evidence(), SE2.identity(), **options)
+        self.track, estimate = self._tracker.update(self.track, update, context, mirrored)
+        return estimate
+
+
+def feed(following, *updates, mirrored=NO_MIRROR):
+    """Update with each tick; the mirror image is looked at whenever it is asked for."""
+    return [
+        following.update(update, mirrored if following.wants_mirror else None).status
+        for update in updates
+    ]
+
+
+def test_a_claim_asks_for_its_probability_at_every_tick_that_confirms_it():
+    following = Following()
+    assert feed(following, UNSURE, UNSURE, GOOD, GOOD) == [Status.AMBIGUOUS] * 4
+    assert feed(following, UNSURE, GOOD, GOOD, GOOD)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
+
+
+def test_rivals_that_are_all_poor_are_none_of_these():
+    assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2
+
+
+def test_a_claim_needs_the_same_winner_three_times():
+    assert feed(Following(), GOOD, GOOD, GOOD) == [
+        Status.AMBIGUOUS,
+        Status.AMBIGUOUS,
+        Status.LOCALIZED,
+    ]
+
+
+def test_looking_again_at_the_same_floor_confirms_nothing():
+    following = Following()
+    statuses = [
+        following.update(GOOD, NO_MIRROR, floor_m2=floor_m2, needs_news=True).status
+        for floor_m2 in (30.0, 30.0, 34.0, 36.0, 40.0, 40.5, 42.0)
+    ]
+    # Only 36 and 42 are news, of 30 and of 36.
+    assert statuses == [Status.AMBIGUOUS] * 6 + [Status.LOCALIZED]
+
+
+def test_a_look_as_sure_as_all_of_them_needs_no_more_floor():
+    """As where a floorplan comes after the robot has seen the building."""
+    for weight, driven_m, status in (
+        (13.0, 20.0, Status.AMBIGUOUS),
+        (15.0, 0.0, Status.AMBIGUOUS),  # it stands
+        (15.0, 20.0, Status.LOCALIZED),
+    ):
+        following, update = Following(), posterior((HERE, weight), (THERE, 0.0), none=-9.0)
+        seen = {'floor_m2': 90.0, 'driven_m': driven_m, 'needs_news': True}
+        for _ in range(CONFIG.confirm_updates):
+            estimate = following.update(update, NO_MIRROR, **seen)
+        assert estimate.status is status
+
+
+def test_walls_that_fill_in_as_the_robot_stands_are_no_news():
+    following = Following()
+    for share in (0.5, 0.7, 1.0, 1.0):
+        walls = evidence().walls[: round(share * len(evidence().walls))]
+        sub = replace(evidence(), walls=walls)
+        estimate = following.update(GOOD, NO_MIRROR, sub, floor_m2=20.0, needs_news=True)
+        assert estimate.status is Status.AMBIGUOUS
+
+
+def test_a_change_of_winner_starts_the_count_again():
+    statuses = feed(Following(), GOOD, GOOD, OTHER, OTHER, OTHER)
+    assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
+
+
+def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
+    stretched = np.diag([1.2, 1.0])
+    robot = np.array([30.0, 0.0])
+    deformed = Affine2D(stretched, robot - stretched @ robot)
+    for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
+        following = Following()
+        for best in (SE2.identity(), deformed, SE2.identity(), deformed):
+            update = posterior((best, 8.0), (THERE, 0.0))
+            estimate = following.update(update, NO_MIRROR, robot_xy=robot_xy)
+        assert estimate.status is status
+
+
+def test_a_tie_is_never_claimed_and_its_halves_are_equal():
+    following = Following()
+    assert set(feed(following, *[TIE] * 10)) == {Status.AMBIGUOUS}
+    estimate = following.update(TIE)
+    np.testing.assert_allclose(estimate.scored.probability, 0.5, atol=0.001)
+
+
+def test_a_claim_ends_when_its_evidence_does():
+    assert feed(Following(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
+        Status.AMBIGUOUS,
+        Status.AMBIGUOUS,
+        Status.LOCALIZED,
+        Status.LOST,
+        Status.LOST,
+    ]
+
+
+def test_a_claim_is_kept_on_easier_terms_than_it_is_made():
+    following = Following()
+    assert feed(following, *[GOOD] * 3)[-1] is Status.LOCALIZED
+    assert CONFIG.release_probability < UNSURE.best < CONFIG.accept_probability
+    assert feed(following, UNSURE, TIE) == [Status.LOCALIZED, Status.AMBIGUOUS]
+
+
+def test_a_belief_tells_how_probable_each_placement_is():
+    estimate = Following().update(GOOD)
+    np.testing.assert_array_equal(estimate.scored.probability, GOOD.placements.probability)
+    np.testing.assert_array_equal(estimate.scored.matrix, GOOD.placements.matrix)
+    assert estimate.best.probability == estimate.probability == GOOD.best
+    poor = Following().update(POOR)
+    assert poor.best is None
+    assert poor.scored.probability[0] == poor.probability == POOR.best
+
+
+def test_nothing_found_is_searching():
+    assert feed(Following(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
+
+
+def test_no_claim_without_a_look_at_the_mirror_image():
+    following = Following()
+    for _ in range(10):
+        assert following.update(GOOD).status is Status.AMBIGUOUS
+
+
+def test_a_mirror_image_that_fits_much_better_is_the_reason():
+    following = Following()
+    half = posterior((HERE, 0.0), (THERE, -0.5))
+    mirror = posterior((HERE, 9.0), (THERE, 0.0))
+    beliefs = [following.update(half, mirror) for _ in range(3)]
+    assert 'flip it' not in beliefs[0].reason
+    assert beliefs[-1].status is Status.SEARCHING
+    assert 'mirrored' in beliefs[-1].reason
+
+
+def test_a_building_that_is_its_own_mirror_image_can_be_claimed():
+    statuses = feed(Following(), *[GOOD] * 4, mirrored=GOOD)
+    assert statuses[-1] is Status.LOCALIZED
+
+
+def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
+    following = Following()
+    wanted = []
+    for _ in range(2 * CONFIG.mirror_check_updates):
+        wanted.append(following.wants_mirror)
+        feed(following, TIE)
+    assert sum(wanted) == 2
+    feed(following, *[GOOD] * 4)
+    assert not following.wants_mirror
