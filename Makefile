@@ -8,6 +8,7 @@
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff and mypy
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
+#   make pictures   make the pictures of the documentation by the commands of notes/images.md
 #   make docs    build the documentation into build/docs, every link checked
 #   make wheels   install the wheel into empty environments, for each Python at hand and each extra
 #   make release VERSION=0.2.0   version, changelog, wheel, commit and tag
@@ -15,7 +16,7 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all test-oldest kernels lint walkthrough docs wheels release clean distclean
+.PHONY: help setup demo test test-all test-oldest kernels lint walkthrough pictures docs wheels release clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -58,6 +59,9 @@ lint: $(STAMP)
 
 walkthrough: $(STAMP)
 	$(BIN)/python tools/walkthrough.py
+
+pictures: $(STAMP)
+	$(BIN)/python tools/pictures.py
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

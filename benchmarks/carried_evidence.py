@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What tells a robot that was carried off from one that was not? Fits the weights of both signs.
+Fit of the two feature weights that detect a kidnapped robot.
 
 Run: python benchmarks/carried_evidence.py [--drives 12] [--seed 8401] [--rows FILE]
 
-Drives as of ``carried_off.py``, of other seeds, by a planar scanner and a lidar of 16 beams, and
-long ones with drift as of ``drift.py``, on exact and on rough drawings. Nobody doubts the claim
-here: every tick under it gives the support of the newest returns beside the usual one, and the
-share of them in what was free. A logistic regression tells the first looks after the robot was
-lifted from all looks before; ``fpnet_core/localizer/surroundings.py`` holds its weights.
+Recordings as in ``carried_off.py`` with other seeds, with a planar scanner and a 16-beam lidar,
+and long ones as in ``drift.py``, on exact and rough drawings. Kidnap detection is disabled: every
+update while localized gives the newest returns' support relative to the usual support, and their
+share in previously free space. A logistic regression separates the first updates after the lift
+from all updates before; ``fpnet_core/localizer/kidnap.py`` contains its weights.
 """
 
 import argparse
@@ -32,13 +32,13 @@ from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 
 ROUGH_M = 0.25
-FIRST_LOOKS = 3  # after that, the robot is where the submap knows nothing, or looks the same
-PRIOR = 1e-4  # numerical: keeps the weights finite where the looks can be told without error
+FIRST_LOOKS = 3  # later, the robot is in unmapped space, or the submap looks the same
+PRIOR = 1e-4  # numerical: keeps the weights finite if the updates are separable
 
 
 @dataclass(eq=False)
 class Watching:
-    """Never doubts, and notes the signs of every look."""
+    """Replacement of the kidnap test that never triggers and records the features."""
 
     lifted_ns: int | None = None
     rows: list[tuple[bool, float, float]] = field(default_factory=list)
@@ -46,7 +46,7 @@ class Watching:
     frozen: tuple = ()
 
     def is_doubtful(self, support, usual, kidnap_state, submap) -> bool:
-        """Note the signs; what was usual stays that of the ride before."""
+        """Record the features, with the usual support frozen when the robot is lifted."""
         is_after = self.lifted_ns is not None and submap.stamp_ns > self.lifted_ns
         self.frozen = self.frozen if is_after and self.frozen else (usual, kidnap_state.before)
         usual, before = self.frozen
@@ -57,18 +57,18 @@ class Watching:
 
 
 def looks(scans, plan, config, lifted_ns=None) -> list[tuple[bool, float, float]]:
-    """Return of each look whether the robot was lifted, and both signs."""
+    """Return for each update whether the robot was lifted, and both features."""
     watching = Watching(lifted_ns)
-    judged_so = mock.patch.object(
+    patched = mock.patch.object(
         KidnapDetector, '_is_doubtful', lambda _, *given: watching.is_doubtful(*given)
     )
-    with judged_so:
+    with patched:
         run_product(scans, plan, config, UPDATE_PERIOD_S)
     return watching.rows
 
 
 def gather(seed: int, count: int) -> Iterator[tuple[str, list]]:
-    """Yield the looks of one drive after another, with a name."""
+    """Yield a name and the updates of one recording after another."""
     config = FpnetConfig()
     for number in range(count):
         family = FAMILIES[number % len(FAMILIES)]
@@ -89,18 +89,18 @@ def gather(seed: int, count: int) -> Iterator[tuple[str, list]]:
 
 
 def main() -> None:
-    """Gather and print the weights, and what they make of the looks."""
+    """Gather the updates, fit the weights and print them with their errors."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--drives', type=int, default=12)
     parser.add_argument('--seed', type=int, default=8401)
-    parser.add_argument('--rows', type=Path, help='keep the looks here; read them if it exists')
+    parser.add_argument('--rows', type=Path, help='store the updates here; read them if it exists')
     arguments = parser.parse_args()
     if arguments.rows and arguments.rows.exists():
         rows = json.loads(arguments.rows.read_text(encoding='utf-8'))
     else:
         rows = []
         for name, found in gather(arguments.seed, arguments.drives):
-            print(f'{name}: {len(found)} looks', flush=True)
+            print(f'{name}: {len(found)} updates', flush=True)
             rows += found
         if arguments.rows:
             arguments.rows.write_text(json.dumps(rows), encoding='utf-8')
@@ -108,7 +108,7 @@ def main() -> None:
 
 
 def fit(rows) -> None:
-    """Print the weights and the errors that they make, both classes counting the same."""
+    """Fit and print the weights and their errors, with equal weight of both classes."""
     is_after, signs = rows[:, 0] > 0.0, np.insert(rows[:, 1:], 0, 1.0, axis=1)
     share = np.where(is_after, 0.5 / is_after.sum(), 0.5 / (~is_after).sum())
     side = np.where(is_after, 1.0, -1.0)
@@ -118,9 +118,9 @@ def fit(rows) -> None:
 
     weights = minimize(surprise, np.zeros(3)).x
     print(f'weights: {", ".join(f"{weight:.1f}" for weight in weights)}')
-    says = signs @ weights > 0.0
-    print(f'{(says & ~is_after).sum()} of {(~is_after).sum()} looks before are doubted')
-    print(f'{(says & is_after).sum()} of {is_after.sum()} looks after')
+    detected = signs @ weights > 0.0
+    print(f'false alarms: {(detected & ~is_after).sum()} of {(~is_after).sum()} updates before')
+    print(f'detections: {(detected & is_after).sum()} of {is_after.sum()} updates after')
 
 
 if __name__ == '__main__':

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A robot is lifted, carried off and set down elsewhere: how long is its pose wrong?
+Time until the localizer notices that the robot was kidnapped (lifted and set down elsewhere).
 
 Run: python benchmarks/carried_off.py [--drives 12] [--sensor planar] [--seed 8201]
      [--json OUT]; then fpnet bench figures carried_off=OUT
 
-Generated buildings, exact plans, KISS-ICP odometry. Where 45 % of the path is driven, the drive
-goes on from a place at least 8 m away (seven tenths of the farthest, where that is less), and
-odometry goes on as if nothing had happened: no jump tells the localizer. Then all of it again
-where nobody asks the walls around the robot (``localizer.doubt_probability=1``).
+Generated buildings, exact plans, KISS-ICP odometry. After 45 % of the path, the recording
+continues from a place at least 8 m away (70 % of the largest distance if that is less). Odometry
+continues without a jump, so the localizer is not notified. Everything is repeated without kidnap
+detection (``localizer.doubt_probability=1``).
 """
 
 import json
@@ -34,7 +34,7 @@ WAYS = {'asked': {}, 'not_asked': {'doubt_probability': 1.0}}
 
 
 def carried(scans):
-    """Return the scans with a piece of the drive left out, and the stamps that they had."""
+    """Return scans with a part of the path skipped, original stamps, and the lift's stamp."""
     poses = np.array([scan.T_odom_sensor for scan in scans])
     xy = poses[:, :2, 3]
     path = lengths_along(xy)
@@ -52,7 +52,7 @@ def carried(scans):
 
 
 def drive(seed, family, sensor, config):
-    """Return the figures of one drive in each way that has a claim when it is lifted."""
+    """Return the results of one recording, for each way that is localized when lifted."""
     recording = drive_through(family, sensor, seed, limits=TOUR)
     scans, true_ns, lifted_ns = carried(list(registered(recording, config.odometry)))
     figures = {}
@@ -69,19 +69,19 @@ def drive(seed, family, sensor, config):
 
 
 def claims_after(outputs, lifted_ns):
-    """Return when the pose was withheld and whether it came back; None where there was none."""
+    """Return when the pose was withheld and whether it came back; None if not localized before."""
     states = [(o.stamp_ns, o.status is Status.LOCALIZED) for o in outputs]
     before = [is_accepted for stamp, is_accepted in states if stamp <= lifted_ns]
     if not before or not before[-1]:
         return None
-    after = [((stamp - lifted_ns) / NS_PER_S, claimed) for stamp, claimed in states]
-    after = [(seconds, claimed) for seconds, claimed in after if seconds > 0.0]
-    withheld_s = next((seconds for seconds, claimed in after if not claimed), None)
+    after = [((stamp - lifted_ns) / NS_PER_S, is_localized) for stamp, is_localized in states]
+    after = [(seconds, is_localized) for seconds, is_localized in after if seconds > 0.0]
+    withheld_s = next((seconds for seconds, is_localized in after if not is_localized), None)
     return {'seconds': after[-1][0], 'withheld_s': withheld_s, 'is_found': after[-1][1]}
 
 
 def scored(published, scans, true_ns, recording, lifted_ns):
-    """Return how many poses are wrong, and how many are not, once the robot was lifted."""
+    """Return the numbers of wrong and of right poses after the robot was lifted."""
     when = np.searchsorted([scan.stamp_ns for scan in scans], published.stamps_ns)
     is_after = published.stamps_ns > lifted_ns
     poses = PlanarTrajectory(true_ns[when], published.xy, published.yaw)
@@ -93,7 +93,7 @@ def scored(published, scans, true_ns, recording, lifted_ns):
 
 
 def sums(results):
-    """Return what all drives of one way come to."""
+    """Return the totals of all recordings of one way."""
     seconds = [r['withheld_s'] for r in results if r['withheld_s'] is not None]
     return {
         'localized': len(results),
@@ -107,7 +107,7 @@ def sums(results):
 
 
 def main() -> None:
-    """Print one line per drive and the sums."""
+    """Print one line per recording, and the totals."""
     arguments, results = drives_parser(__doc__, drives=12, seed=8201).parse_args(), []
     for _, figures in each(arguments, drive):
         print(json.dumps(figures), flush=True)

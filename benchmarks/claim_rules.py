@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What must a look have seen to confirm a claim? Rules over first looks, on right and wrong plans.
+Comparison of confirmation rules for the first acceptance, on correct and wrong plans.
 
 Run: python benchmarks/claim_rules.py [--drives 42] [--seed 5000] [--workers 2] [--json OUT]
      then fpnet bench figures claim_rules=OUT
 
-Drives as of ``fpnet bench localization``, of another seed, their first 25 s with KISS-ICP, on the
-building's own plan and on three others. The localizer looks every second, as a robot's does, and
-never claims; each look compares with the plan's mirror image. A rule asks for so many looks in a
-row whose best placement has at least some probability, each with so much more floor in sight than
-the last one that counted; what it claims first is right or wrong, and on another building's plan
-always wrong.
+The first 25 s of recordings as in ``fpnet bench localization`` with another seed, with KISS-ICP,
+on the correct plan and on three other buildings' plans. The localizer updates every second but
+never accepts, and each update also tests the plan's mirror image. A rule requires a number of
+consecutive updates with a minimum probability of the best placement, each with a minimum of
+additional observed floor area. The first acceptance is right or wrong; on another building's plan
+it is always wrong.
 """
 
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ from fpnet_lab.pool import each_done
 
 FIRST_S, TICK_S = 25.0, 1.0
 WRONG_PLANS = 3
-NEVER = 1_000_000  # ticks: no claim stands, so that every look searches
+NEVER = 1_000_000  # updates: nothing is confirmed, so every update searches globally
 SURE, NEWS_M2 = 0.99, 5.0
 RULES = (
     *((1, sure, 0.0) for sure in (0.9, 0.95, SURE)),
@@ -45,12 +45,12 @@ RULES = (
     *((2, SURE, news_m2) for news_m2 in (0.0, 2.0, NEWS_M2, 10.0, 20.0)),
     (3, SURE, NEWS_M2),
 )
-"""Looks, probability and floor [m^2]."""
+"""Number of updates, probability and additional floor area [m^2]."""
 
 
 @dataclass(frozen=True)
 class FirstLook:
-    """The best placement's probability and whether it is right; floor and path so far."""
+    """An update: probability and correctness of the best placement; floor area and path so far."""
 
     probability: float
     is_right: bool
@@ -59,13 +59,13 @@ class FirstLook:
 
 
 def never_claiming(config: FpnetConfig) -> FpnetConfig:
-    """Return the configuration under which every look searches, the mirror image as well."""
+    """Return a configuration in which every update searches globally, including mirror images."""
     update = {'confirm_updates': NEVER, 'mirror_check_updates': 1}
     return config.model_copy(update={'localizer': config.localizer.model_copy(update=update)})
 
 
 def first_scans(case: Case, config: FpnetConfig) -> tuple[list[Scan], GridMap, Truth]:
-    """Return the drive's first scans with poses, its own plan, and the truth."""
+    """Return the first scans with poses, the correct plan, and the ground truth."""
     inputs = make_inputs(case, Path())
     scans = iter(inputs.scans)
     first = next(scans)
@@ -76,16 +76,16 @@ def first_scans(case: Case, config: FpnetConfig) -> tuple[list[Scan], GridMap, T
 
 
 def looks_of(case: Case, cases: tuple[Case, ...], config: FpnetConfig) -> list[list[FirstLook]]:
-    """Return the looks at a drive's own plan, and at each other one."""
+    """Return the updates on the correct plan, followed by those on each other plan."""
     config = never_claiming(settings_of(case, config))
     scans, own, truth = first_scans(case, config)
-    found = [list(_looks(run_product(scans, own, config, TICK_S), truth))]
+    found = [list(_updates(run_product(scans, own, config, TICK_S), truth))]
     for number in case.wrong_cases[:WRONG_PLANS]:
-        found.append(list(_looks(run_product(scans, make_plan(cases[number]), config, TICK_S))))
+        found.append(list(_updates(run_product(scans, make_plan(cases[number]), config, TICK_S))))
     return found
 
 
-def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[FirstLook]:
+def _updates(product: ProductRun, truth: Truth | None = None) -> Iterator[FirstLook]:
     run = product.run
     errors = belief_errors(run, truth) if truth else [None] * len(run.beliefs)
     path_m = lengths_along(run.odometry.xy)
@@ -105,7 +105,7 @@ def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[FirstLoo
 def first_claim(
     looks: list[FirstLook], needed: int, probability: float, news_m2: float
 ) -> FirstLook | None:
-    """Return the look that claims; None without a claim."""
+    """Return the update at which the rule accepts, or None."""
     in_row, counted_m2 = 0, 0.0
     for look in looks:
         if look.probability < probability:
@@ -118,7 +118,7 @@ def first_claim(
 
 
 def outcome(drives: list[list[list[FirstLook]]], rule: tuple[int, float, float]) -> dict:
-    """Return what a rule comes to over all drives."""
+    """Return the results of a rule over all recordings."""
     own = [first_claim(plans[0], *rule) for plans in drives]
     foreign = [first_claim(looks, *rule) for plans in drives for looks in plans[1:]]
     made = [claim for claim in own if claim is not None]
@@ -144,7 +144,7 @@ def main() -> None:
     make = functools.partial(looks_of, cases=cases, config=FpnetConfig())
     drives = []
     for case, looks in each_done(make, cases[: arguments.drives], arguments.workers):
-        print(f'{case.name}: {len(looks[0])} looks', flush=True)
+        print(f'{case.name}: {len(looks[0])} updates', flush=True)
         drives.append(looks)
     rules = [outcome(drives, rule) for rule in RULES]
     finish('claim_rules', arguments.json, {'drives': len(drives), 'rules': rules})

@@ -2,15 +2,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-End nodes as a launch file in a terminal does: two SIGINTs, 0.2 ms apart, and all nodes at once.
+Test of clean node shutdown on two SIGINTs 0.2 ms apart, as sent by a launch file in a terminal.
 
 Run: python benchmarks/clean_ends.py [--launches 50] [--seed 0] [--json OUT]
 
 Each launch starts localizer, odometry and floorplan server. Half of the launches end while the
-localizer sees scans, with a state to save; the others within 0.2 to 3 s after the start, wherever
-the nodes are by then. An end is clean where every node exits with 0, or by the signal before its
-own code runs, writes no traceback, and leaves a state that can be read where there was one.
-Exits 1 where one is not.
+localizer processes scans and has a state to save, the others 0.2 to 3 s after the start. A
+shutdown is clean if every node exits with 0, or by the signal before its own code runs, writes no
+traceback, and leaves a readable state if there was one. Exits 1 if a shutdown is not clean.
 """
 
 from __future__ import annotations
@@ -60,7 +59,7 @@ READY_S, END_S, PERIOD_S = 120.0, 30.0, 0.1
 
 @dataclass(frozen=True)
 class End:
-    """How one launch ended: when [s] after its start, and what was not clean of it."""
+    """Shutdown of one launch: its time after the start [s], its duration [s], and faults."""
 
     is_running: bool
     after_s: float
@@ -69,7 +68,7 @@ class End:
 
 
 class Room:
-    """Publishes what a robot sees that stands in a room, and hears its localizer."""
+    """Publisher of scans of a robot standing in a room, and listener to its localizer."""
 
     def __init__(self) -> None:
         rclpy.init()
@@ -88,7 +87,7 @@ class Room:
         self.explored_m2 = report_from_msg(message).values.get('explored_m2', 0.0)
 
     def show_until(self, is_done: Callable[[], bool], timeout_s: float) -> bool:
-        """Publish scans until something is so; tells whether it is."""
+        """Publish scans until a condition holds or time is out; return the condition."""
         end_s, next_s = time.monotonic() + timeout_s, 0.0
         while not is_done() and time.monotonic() < end_s:
             if time.monotonic() >= next_s:
@@ -101,7 +100,7 @@ class Room:
 
 
 def two_rooms() -> GridMap:
-    """Return the floorplan of two rooms with a door between them."""
+    """Return a floorplan with two rooms and a door between them."""
     cells = np.full((100, 160), 100, dtype=np.int8)
     cells[4:96, 4:80] = 0
     cells[4:96, 84:156] = 0
@@ -116,7 +115,7 @@ def started(group: ProcessGroup, folder: Path) -> list[Child]:
         'odometry': {},
         'floorplan_server': {'floorplan': str(folder / 'plan.yaml')},
     }
-    # Frame and odometry are this process's: the node's own go elsewhere.
+    # This process publishes frame and odometry; the node's are remapped.
     aside = {'odometry': {KISS_FRAME: 'aside/frame', KISS_ODOMETRY: 'aside/odometry'}}
     return [
         group.start(
@@ -127,12 +126,12 @@ def started(group: ProcessGroup, folder: Path) -> list[Child]:
 
 
 def faults_of(child: Child, folder: Path, is_running: bool) -> list[str]:
-    """Return what is not clean of a node that got its signals."""
+    """Return the faults of a node's shutdown."""
     found = []
     text = child.log.read_text(encoding='utf-8', errors='replace')
     is_own = 'Traceback' in text or is_running or child.process.poll() != -signal.SIGINT
     if child.process.poll() is None:
-        found.append(f'{child.name} goes on')
+        found.append(f'{child.name} is still running')
         child.process.kill()
     elif child.process.poll() != 0 and is_own:
         found.append(f'{child.name} exits with {child.process.poll()}')
@@ -147,7 +146,7 @@ def faults_of(child: Child, folder: Path, is_running: bool) -> list[str]:
 
 
 def launch(room: Room, folder: Path, after_s: float | None) -> End:
-    """Start the nodes, end them after a time, None: when there is a state to save."""
+    """Start the nodes and end them after ``after_s``, or None: once there is a state to save."""
     folder.mkdir()
     write_map(two_rooms(), folder / 'plan.yaml')
     room.explored_m2, began_s = 0.0, time.monotonic()
@@ -155,7 +154,7 @@ def launch(room: Room, folder: Path, after_s: float | None) -> End:
         children = started(group, folder)
         if after_s is None:
             if not room.show_until(lambda: room.explored_m2 > SEEN_M2, READY_S):
-                raise FpnetError(f'the localizer saw nothing:\n{children[0].log_tail()}')
+                raise FpnetError(f'the localizer got no scans:\n{children[0].log_tail()}')
         else:
             time.sleep(after_s)
         sent_s = time.monotonic()
@@ -173,7 +172,7 @@ def launch(room: Room, folder: Path, after_s: float | None) -> End:
 
 
 def sums(ends: list[End]) -> dict[str, float | int | list[str]]:
-    """Return what launches of one kind come to."""
+    """Return the totals of launches of one kind."""
     return {
         'launches': len(ends),
         'clean': sum(not end.faults for end in ends),
@@ -184,7 +183,7 @@ def sums(ends: list[End]) -> dict[str, float | int | list[str]]:
 
 
 def main() -> None:
-    """Launch and end; exits 1 where an end is not clean."""
+    """Run all launches; exit with 1 if a shutdown is not clean."""
     parser = script_parser(__doc__)
     parser.add_argument('--launches', type=int, default=50)
     parser.add_argument('--seed', type=int, default=0)

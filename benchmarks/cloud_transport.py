@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Send large clouds to another process: how many arrive, with and without the Fast DDS profile?
+Number of large clouds that arrive in another process, with and without the Fast DDS profile.
 
 Run: python benchmarks/cloud_transport.py [--points 300000] [--clouds 50] [--json OUT]; then
 fpnet bench figures cloud_transport=OUT
 
-Clouds have x, y, z, intensity, ring and time, as a driver's, and are sent at 10 Hz. Prints a
-table.
+Clouds have x, y, z, intensity, ring and time like those of a driver, and are sent at 10 Hz.
+Prints a table.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CASES = tuple(product(('defaults', 'fastdds_shm.xml'), RECEIVERS))
 
 
 def receive(is_reliable: bool) -> None:
-    """Count clouds until they stop coming; prints the count and the median latency [ms]."""
+    """Count clouds until none arrives; print the count and the median latency [ms]."""
     rclpy.init()
     node = rclpy.create_node('receiver')
     executor = SingleThreadedExecutor()
@@ -61,7 +61,7 @@ def receive(is_reliable: bool) -> None:
 
 
 def send(points: int, clouds: int) -> None:
-    """Publish clouds at 10 Hz to the one who listens."""
+    """Publish clouds at 10 Hz once there is a subscription."""
     rclpy.init()
     node = rclpy.create_node('sender')
     publisher = node.create_publisher(PointCloud2, 'cloud', STREAM)
@@ -87,7 +87,7 @@ def send(points: int, clouds: int) -> None:
 
 
 def case(points: int, clouds: int, profile: str, receiver: str) -> dict[str, Any]:
-    """Return what arrived in one set-up."""
+    """Return the number and latency of clouds received in one set-up."""
     environment = private_environment(free_domain_id())
     environment.pop(PROFILE, None)
     if profile != 'defaults':
@@ -104,7 +104,7 @@ def case(points: int, clouds: int, profile: str, receiver: str) -> dict[str, Any
 
 
 def main() -> None:
-    """Print how many clouds arrived in each set-up."""
+    """Print how many clouds arrive in each set-up."""
     parser = script_parser(__doc__)
     parser.add_argument('--points', type=int, default=300_000)
     parser.add_argument('--clouds', type=int, default=50)

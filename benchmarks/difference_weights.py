@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fit what weighs differences between a drawing and what was seen, on generated buildings."""
+"""Fit of the weights of differences between drawing and observation, on generated buildings."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from fpnet_core.differences.finding import MISSING_FIGURES, WALL_FIGURES
 from fpnet_lab.evaluation.sites.differences import LEAST_M, Labelled, difference_cases, labelled
 
 _PRIOR_SIGMA = 3.0
-"""Chosen: standard deviation of the weights before looking."""
+"""Chosen: standard deviation of the weights' prior."""
 
 
 def main() -> None:
-    """Print the weights and how well they tell."""
+    """Print the weights and their classification performance."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--drives', type=int, default=48)
     parser.add_argument('--seed', type=int, default=5000)
@@ -40,13 +40,13 @@ def main() -> None:
 
 
 def _report(names: tuple[str, ...], found: list[Labelled], drives: NDArray[np.int64]) -> None:
-    """Print the weights of all drives, and how well those of other drives tell each one's."""
+    """Print the weights of all recordings, and leave-one-out precision and recall."""
     figures = np.array([each.piece.figures for each in found])
     is_right = np.array([each.is_wall for each in found])
     weights = _fit(figures, is_right)
-    told = int(((figures @ weights > 0.0) == is_right).sum())
+    correct = int(((figures @ weights > 0.0) == is_right).sum())
     print(f'{names}: {tuple(np.round(weights, 1).tolist())}')
-    print(f'  {len(found)} pieces, {is_right.sum()} right; told right {told}')
+    print(f'  {len(found)} pieces, {is_right.sum()} right; classified correctly: {correct}')
     claimed = np.zeros(len(found), np.bool_)
     for drive in np.unique(drives):
         others = drives != drive
@@ -54,11 +54,11 @@ def _report(names: tuple[str, ...], found: list[Labelled], drives: NDArray[np.in
     is_long = np.array([each.piece.length_m >= LEAST_M for each in found])
     met = float((claimed & is_right & is_long).sum())
     precision, recall = (met / max((mask & is_long).sum(), 1) for mask in (claimed, is_right))
-    print(f'  drives left out, a metre and more: precision {precision:.0%}, recall {recall:.0%}')
+    print(f'  leave-one-out, 1 m or longer: precision {precision:.0%}, recall {recall:.0%}')
 
 
 def _fit(figures: NDArray[np.float64], is_right: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the weights of figures (N, K) for what is right (N,)."""
+    """Return the weights (K,) of features ``figures (N, K)`` for labels ``is_right (N,)``."""
 
     def cost(weights: NDArray[np.float64]) -> float:
         logits = np.where(is_right, 1.0, -1.0) * (figures @ weights)

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Does the doctor name what is wrong with a robot, and nothing where nothing is?
+Detection rate and false alarms of ``fpnet doctor`` on robots with and without faults.
 
 Run: python benchmarks/doctor_faults.py [--drives 4] [--good 10] [--seed 100] [--json OUT]
 
-The first six seconds of generated drives, with lidars of 16, 32 and 64 beams and a dome in turn,
-are recorded as bags by robots with one fault each, and by right ones with and without a gyroscope.
-``fpnet doctor`` examines them. A fault is named first where the first finding is of its kind.
+The first 6 s of generated recordings, with 16, 32 and 64-beam lidars and a dome lidar in turn, are
+stored as bags by robots with one fault each, and by faultless ones with and without a gyroscope.
+``fpnet doctor`` examines them. A fault is named first if the first finding is of its kind.
 """
 
 from collections import Counter
@@ -29,7 +29,7 @@ LISTEN_S = 10.0
 
 @dataclass(frozen=True)
 class ExaminedDrive:
-    """A drive, and whether faults are made in it."""
+    """A recording, and whether it is used with faults."""
 
     seed: int
     sensor: str
@@ -37,13 +37,13 @@ class ExaminedDrive:
 
     @property
     def name(self):
-        """Of the drive among all."""
+        """Unique name of the recording."""
         return f'{self.seed}_{self.has_faults}'
 
 
 @dataclass(frozen=True)
 class Examined:
-    """What was said of one robot, kinds of findings in their order."""
+    """Findings for one robot, as kinds in the order of the report."""
 
     seed: int
     sensor: str
@@ -53,7 +53,7 @@ class Examined:
 
 
 def run_drive(case):
-    """Return what is said of every robot in one drive."""
+    """Return the findings for every robot in one recording."""
     drive = ShortDrive.of(case.seed, case.sensor)
     robots = [(name, *each) for name, each in FAULTS.items()]
     if not case.has_faults:
@@ -68,7 +68,7 @@ def run_drive(case):
 
 
 def main() -> None:
-    """Print how often each fault is named first, and what is said of right robots."""
+    """Print how often each fault is named first, and the findings for faultless robots."""
     parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=4)
     parser.add_argument('--good', type=int, default=10)
@@ -96,7 +96,7 @@ def main() -> None:
 
 
 def summary(examined):
-    """Return what is said of one fault."""
+    """Return a summary of the findings for one fault."""
     others = Counter(
         each.said[0] if each.said else 'nothing'
         for each in examined

@@ -2,13 +2,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw generated storeys in every style and score how well they are cut into rooms again.
+Segmentation quality on generated storeys, drawn in every style.
 
 Usage: python benchmarks/drawing_styles.py [--count 12] [--seed 0] [--resolution 0.08]
 
-Precision, recall and F1 of rooms are Bormann's, in percent. A door is found where an opening's
-middle lies within 0.6 m of a true one's; openings without a leaf count neither way. Milliseconds
-are CPU time per storey.
+Precision, recall and F1 of rooms are Bormann's, in percent. A door is found if the middle of an
+opening is within 0.6 m of the middle of a true one; openings without a leaf are ignored.
+Milliseconds are CPU time per storey.
 """
 
 import argparse
@@ -35,7 +35,7 @@ UNITS |= dict.fromkeys(('drawing', 'segmentation'), Units.MS)
 
 
 def score(plan: BuildingPlan, style: DrawingStyle, resolution_m: float) -> list[float]:
-    """Return precision, recall and F1 of rooms, of doors the first two, and times [ms]."""
+    """Return precision, recall and F1 of rooms, precision and recall of doors, and times [ms]."""
     start = time.process_time()
     grid = render_plan(plan, resolution_m, style=style)
     drawn = time.process_time()
@@ -48,7 +48,7 @@ def score(plan: BuildingPlan, style: DrawingStyle, resolution_m: float) -> list[
 
 
 def door_agreement(plan: BuildingPlan, found: Segmentation) -> tuple[float, float]:
-    """Return precision and recall of doors; passages without a leaf may be found or not."""
+    """Return precision and recall of doors; passages without a leaf are ignored."""
     passages = [door.ends.mean(axis=0) for door in plan.doors if door.is_open]
     doors = np.array([door.ends.mean(axis=0) for door in plan.doors if not door.is_open])
     centres = [portal.ends.mean(axis=0) for portal in found.portals]
@@ -62,13 +62,13 @@ def door_agreement(plan: BuildingPlan, found: Segmentation) -> tuple[float, floa
 
 
 def scores(name: str, plans: list[BuildingPlan], resolution_m: float) -> list[Score]:
-    """Return the means of a style."""
+    """Return the mean scores of a style."""
     means = np.mean([score(plan, STYLES[name], resolution_m) for plan in plans], axis=0)
     return [Score('style', name), *map(Score, UNITS, means.tolist(), UNITS.values())]
 
 
 def main() -> None:
-    """Print one row for each style."""
+    """Print one row per style."""
     parser = argparse.ArgumentParser(description='Score segmentation of drawing styles.')
     parser.add_argument('--count', type=int, default=12)
     parser.add_argument('--seed', type=int, default=0)

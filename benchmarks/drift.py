@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Does the pose stay right where odometry without loop closure has bent the submap?
+Pose error of the localizer when odometry drift without loop closure deforms the submap.
 
 Run: python benchmarks/drift.py [--drives 6] [--sensor planar] [--seed 8101]
      [--rough-m 0.25] [--json OUT]; then fpnet bench figures drift=OUT
 
-Drives of three to seven minutes in larger generated buildings, exact plans, KISS-ICP odometry.
-At every tick under a claim, the robot is put on the plan twice: by the placement of the whole
-submap, and by the pose that is published, which follows the walls around the robot. ``odometry``
-is what its first pose alone would give. Then all of it again on rough drawings, whose rooms have
-wrong sizes: walls are shifted by smooth noise of ``--rough-m``, each way on its own. And on exact
-ones with wheels instead of KISS-ICP, which lose the heading in turns.
+Recordings of three to seven minutes in larger generated buildings, exact plans, KISS-ICP odometry.
+At every update while localized, two poses are compared with the truth: the placement of the whole
+submap, and the published pose, which is corrected with the walls around the robot. ``odometry`` is
+the error with odometry alone after a correct initial pose. Everything is repeated on rough
+drawings with wrong room sizes (walls shifted by smooth noise of ``--rough-m``, independently in x
+and y), and on exact ones with wheel odometry, which loses the heading in turns.
 """
 
 from dataclasses import replace
@@ -39,7 +39,7 @@ TOUR = TourLimits(rooms=20, shortest_s=200.0, longest_s=400.0)
 
 
 def drive(seed, family, sensor, config, rough_m):
-    """Return the figures of one drive: on its exact and on a rough drawing, and on wheels."""
+    """Return one recording's results on the exact and a rough drawing, and with wheels."""
     recording = drive_through(family, sensor, seed, rooms=ROOMS, limits=TOUR)
     scans = list(registered(recording, config.odometry))
     poses = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
@@ -55,14 +55,14 @@ def drive(seed, family, sensor, config, rough_m):
 
 
 def on_wheels(recording):
-    """Yield the scans where wheels put them, which slip in turns."""
+    """Yield the scans with wheel odometry poses, which slip in turns."""
     for number, T_odom_sensor in enumerate(recording.wheel_odometry()):
         scan = recording.scan(number)
         yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_sensor)
 
 
 def on_plan(scans, plan, config, truth):
-    """Return the number of ticks with a claim, and how far off the robot was at them."""
+    """Return the number of updates while localized, and quantiles of the pose errors."""
     product = run_product(scans, plan, config, UPDATE_PERIOD_S)
     odometry = product.replay.odometry
     errors = []
@@ -77,7 +77,7 @@ def on_plan(scans, plan, config, truth):
             )
     figures = {'claimed_ticks': len(errors)}
     if errors:
-        table = np.array(errors) * [1.0, np.rad2deg(1.0)]  # (ticks, 3, 2)
+        table = np.array(errors) * [1.0, np.rad2deg(1.0)]  # (updates, 3, 2)
         for number, name in enumerate(('odometry', 'whole_submap', 'published')):
             middle, p95, most = np.quantile(table[:, number], [0.5, 0.95, 1.0], axis=0)
             figures[name] = {
@@ -88,20 +88,20 @@ def on_plan(scans, plan, config, truth):
 
 
 def rough(plan, sigma_m, rng):
-    """Return a drawing whose walls stay straight and parallel, at wrong distances."""
+    """Return a drawing with straight, parallel walls at wrong distances."""
     row, col = (wavy(size, plan.resolution, sigma_m, rng) for size in plan.cells.shape)
     return replace(plan, cells=plan.cells[np.ix_(row, col)])
 
 
 def wavy(size, resolution, sigma_m, rng):
-    """Return indices shifted by smooth noise that neither moves nor stretches them as a whole."""
+    """Return indices shifted by smooth noise without overall shift and stretch."""
     noise = detrend(gaussian_filter1d(rng.normal(size=size), SMOOTH_M / resolution))
     shifted = np.arange(size) + sigma_m / resolution * noise / noise.std()
     return np.clip(np.rint(shifted).astype(int), 0, size - 1)
 
 
 def first_pose(odometry, truth):
-    """Return the placement that is right at the first scan."""
+    """Return the placement that is correct at the first scan."""
     (true, _), start = truth.poses.at(odometry.stamps_ns[:1]), odometry
     T_truth_robot = SE2.from_xy_yaw(*true.xy[0], float(true.yaw[0]))
     T_odom_robot = SE2.from_xy_yaw(*start.xy[0], float(start.yaw[0]))
@@ -109,7 +109,7 @@ def first_pose(odometry, truth):
 
 
 def main() -> None:
-    """Drive and print what was measured, then write it as JSON if asked."""
+    """Print one line per recording, and write the results as JSON if requested."""
     parser, results = drives_parser(__doc__, drives=6, seed=8101), []
     parser.add_argument('--rough-m', type=float, default=0.25)
     arguments = parser.parse_args()

@@ -2,33 +2,33 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a localizer publishes while its inputs are broken, and how soon it is right again.
+Published poses while the localizer's inputs are faulty, and the time to recover.
 
 Run: python benchmarks/faults.py [--drives 10] [--seed 9300] [--only FAULT,FAULT] [--workers 1]
      [--work FOLDER] [--json OUT]; then fpnet bench figures faults=OUT
 
-Drives through generated buildings on exact plans, by a planar scanner and every fourth one by a
-lidar of 16 beams, an update each second. Half-way, one of these happens:
+Recordings in generated buildings on exact plans, with a planar scanner and every fourth one with
+a 16-beam lidar, and an update every second. Halfway, one of these faults occurs:
 
 none, none_wheels, none_large
-    Nothing, with KISS-ICP, with the wheels' odometry and in a large building: what the others are
-    compared with.
+    No fault, with KISS-ICP, with wheel odometry and in a large building: the baselines for the
+    other faults.
 gap
-    No scan for 5 s while the robot drives on; KISS-ICP.
+    No scans for 5 s while the robot continues to drive; KISS-ICP.
 slipped
-    Wheels that spin: within 5 s the robot's own odometry counts 3 m and 40 degrees too much.
+    Wheel slip: within 5 s, wheel odometry reports 3 m and 40 degrees too much.
 turned, shifted
-    From one scan to the next the robot's own odometry turns by 10 to 30 degrees, or jumps by 0.5
-    to 2 m, and goes on so; wheels.
+    Between two scans, wheel odometry rotates by 10 to 30 degrees or jumps by 0.5 to 2 m, and
+    continues from there.
 exchanged
-    Another building's floorplan for 5 s, and then the own one again; KISS-ICP, large buildings.
+    Another building's floorplan for 5 s, then the correct one again; KISS-ICP, large buildings.
 carried
-    The robot is lifted and set down 8 m away, and its odometry goes on; KISS-ICP.
+    The robot is lifted and set down 8 m away, and its odometry continues; KISS-ICP.
 
-A pose is off by more than 1 m or 10 degrees, wrong by more than 3 m or 30 degrees. ``longest``
-is the longest time without a break that poses are off, ``recovery`` the time from the end of the
-fault until poses are right and stay so for a second. With ``--work`` the scans with their poses
-are kept there for the next run.
+A pose is off if its error exceeds 1 m or 10 degrees, and wrong above 3 m or 30 degrees.
+``longest`` is the longest uninterrupted time with poses that are off, ``recovery`` the time from
+the end of the fault until poses are right and remain so for 1 s. ``--work`` stores the scans with
+their poses for the next run.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -62,22 +62,22 @@ from fpnet_lab.sim.drives.tours import TourLimits
 
 TOUR = TourLimits(rooms=3, shortest_s=32.0, longest_s=44.0)
 SENSORS = ('planar', 'planar', 'planar', 'beams16')
-LARGE = (30, 60)  # rooms, so that the robot sees less than half of the floorplan
+LARGE = (30, 60)  # rooms, so that the robot observes less than half of the floorplan
 IN_LARGE = ('exchanged', 'none_large')
 FAULT_AT, GAP_S = 0.5, 5.0
 TURNED_DEG, SHIFTED_M = (10.0, 30.0), (0.5, 2.0)
 SLIP_S, SLIPPED_M, SLIPPED_DEG = 5.0, 3.0, 40.0
 OFF_M, OFF_RAD, STAYS_S = 1.0, np.deg2rad(10.0), 1.0
 _ODOMETRY = FpnetConfig().odometry
-TOGETHER_S = 0.25  # poses nearer to each other in time are without a break
+TOGETHER_S = 0.25  # shorter intervals between poses count as uninterrupted
 
 
 @dataclass(frozen=True, eq=False)
 class Faulty:
     """
-    A drive with a fault: ``scans`` with poses, and when it happens.
+    A recording with a fault: ``scans`` with poses, and the fault's start and end.
 
-    ``true_ns`` are the stamps at which the truth holds for each scan. ``on_scan`` is told the
+    ``true_ns`` are the stamps of each scan in the ground truth. ``on_scan`` is called with the
     stamp of each scan before it is used.
     """
 
@@ -89,7 +89,7 @@ class Faulty:
 
 
 class Made:
-    """What the faults of one drive share; everything is made once."""
+    """Data shared by the faults of one recording; everything is computed once."""
 
     def __init__(
         self, seed: int, family: str, sensor: str, work: Path | None, is_large: bool = False
@@ -105,34 +105,34 @@ class Made:
 
     @functools.cached_property
     def raw(self) -> list[Scan]:
-        """All scans as the sensor gives them."""
+        """All scans without poses."""
         return [replace(scan, T_odom_sensor=None) for scan in self.recording]
 
     @functools.cached_property
     def by_kiss(self) -> list[Scan]:
-        """All scans where KISS-ICP puts them."""
+        """All scans with KISS-ICP poses."""
         return self._kept('kiss', lambda: registered(self.raw, _ODOMETRY))
 
     @functools.cached_property
     def by_wheels(self) -> list[Scan]:
-        """All scans where the wheels put them."""
+        """All scans with wheel odometry poses."""
         poses = self.recording.wheel_odometry()
         pairs = zip(self.raw, poses, strict=True)
         return self._kept('wheels', lambda: (replace(s, T_odom_sensor=T) for s, T in pairs))
 
     def without(self, until_ns: int) -> list[Scan]:
-        """Return all scans but those from half-way on, where KISS-ICP puts them."""
+        """Return scans with KISS-ICP poses, without those from halfway until ``until_ns``."""
         is_left = lambda scan: not self.half_ns < scan.stamp_ns < until_ns  # noqa: E731
         return self._kept(
             f'gap_{until_ns}', lambda: registered(filter(is_left, self.raw), _ODOMETRY)
         )
 
     def rng(self, fault: str) -> np.random.Generator:
-        """Return what draws how large a fault is."""
+        """Return the random generator of a fault's size."""
         return np.random.default_rng((self._seed, *map(ord, fault)))
 
     def _kept(self, name: str, make: Callable[[], Iterable[Scan]]) -> list[Scan]:
-        """Return what was made before, or make it."""
+        """Return stored scans, or make and store them."""
         path = None if self._work is None else self._work / f'{name}.npz'
         if path is not None and path.exists():
             return read_scans(path)
@@ -148,7 +148,7 @@ class Made:
         return drive_through(self._family, 'planar', self._seed + 500, limits=TOUR).floorplan
 
     def whole(self, scans: list[Scan]) -> Faulty:
-        """Return a drive that has all of its scans in time."""
+        """Return a recording without a fault, with all of its scans."""
         stamps_ns = np.array([scan.stamp_ns for scan in scans])
         return Faulty(scans, stamps_ns, self.half_ns, self.half_ns)
 
@@ -165,7 +165,7 @@ def write_scans(path: Path, scans: list[Scan]) -> None:
 
 
 def read_scans(path: Path) -> list[Scan]:
-    """Return what :func:`write_scans` has written."""
+    """Read scans written by :func:`write_scans`."""
     with np.load(path) as kept:
         clouds = np.split(kept['points'], kept['ends'][:-1])
         each = zip(kept['stamps_ns'], clouds, kept['poses'], strict=True)
@@ -173,7 +173,7 @@ def read_scans(path: Path) -> list[Scan]:
 
 
 def with_gap(made: Made) -> Faulty:
-    """Return the drive without the scans of some seconds."""
+    """Return the recording without the scans of ``GAP_S``."""
     until_ns = made.half_ns + int(GAP_S * NS_PER_S)
     scans = made.without(until_ns)
     stamps_ns = np.array([scan.stamp_ns for scan in scans])
@@ -181,7 +181,7 @@ def with_gap(made: Made) -> Faulty:
 
 
 def moved(made: Made, x_m: float, y_m: float, yaw_rad: float) -> Faulty:
-    """Return the drive on wheels whose odometry moves the robot at once, as it sees itself."""
+    """Return the recording with wheel odometry that jumps by a motion in the robot's frame."""
     drive = made.whole(made.by_wheels)
     at = drive.scans[made.half].T_odom_sensor
     jump = at @ SE2.from_xy_yaw(x_m, y_m, yaw_rad).as_matrix4() @ np.linalg.inv(at)
@@ -190,20 +190,20 @@ def moved(made: Made, x_m: float, y_m: float, yaw_rad: float) -> Faulty:
 
 
 def turned(made: Made) -> Faulty:
-    """Return the drive on wheels whose heading jumps."""
+    """Return the recording with wheel odometry whose heading jumps."""
     rng = made.rng('turned')
     return moved(made, 0.0, 0.0, np.deg2rad(rng.uniform(*TURNED_DEG)) * rng.choice([-1.0, 1.0]))
 
 
 def shifted(made: Made) -> Faulty:
-    """Return the drive on wheels whose position jumps."""
+    """Return the recording with wheel odometry whose position jumps."""
     rng = made.rng('shifted')
     way, way_rad = rng.uniform(*SHIFTED_M), rng.uniform(-np.pi, np.pi)
     return moved(made, way * np.cos(way_rad), way * np.sin(way_rad), 0.0)
 
 
 def slipped(made: Made) -> Faulty:
-    """Return the drive on wheels that spin for some seconds: every step is a little too long."""
+    """Return the recording with wheels that slip for ``SLIP_S``: every step is too long."""
     drive = made.whole(made.by_wheels)
     ended_ns = drive.began_ns + int(SLIP_S * NS_PER_S)
     scans, T_now = [drive.scans[0]], drive.scans[0].T_odom_sensor
@@ -219,7 +219,7 @@ def slipped(made: Made) -> Faulty:
 
 
 def exchanged(made: Made) -> Faulty:
-    """Return the drive in which the floorplan is another building's for some seconds."""
+    """Return the recording with another building's floorplan for ``GAP_S``."""
     drive = made.whole(made.by_kiss)
     ended_ns = drive.began_ns + int(GAP_S * NS_PER_S)
     plans = [(drive.began_ns, made.other_plan), (ended_ns, made.recording.floorplan)]
@@ -232,7 +232,7 @@ def exchanged(made: Made) -> Faulty:
 
 
 def carried_away(made: Made) -> Faulty:
-    """Return the drive in which the robot is set down elsewhere."""
+    """Return the recording with a kidnapped robot."""
     scans, true_ns, lifted_ns = carried(made.by_kiss)
     return Faulty(scans, true_ns, lifted_ns, lifted_ns)
 
@@ -251,7 +251,7 @@ FAULTS: dict[str, Callable[[Made], Faulty]] = {
 
 
 def run(made: Made, faulty: Faulty, config: FpnetConfig) -> dict[str, Any]:
-    """Return the figures of one drive with one fault."""
+    """Return the results of one recording with one fault."""
     localizer = create_localizer(config)
     localizer.set_plan(made.recording.floorplan)
 
@@ -279,7 +279,7 @@ def run(made: Made, faulty: Faulty, config: FpnetConfig) -> dict[str, Any]:
 
 
 def figures(recording: Recording, faulty: Faulty, published: PlanarTrajectory) -> dict[str, Any]:
-    """Return what the published poses are worth."""
+    """Return error statistics of the published poses."""
     stamps_ns = np.array([scan.stamp_ns for scan in faulty.scans])
     when = np.searchsorted(stamps_ns, published.stamps_ns)
     poses = PlanarTrajectory(faulty.true_ns[when], published.xy, published.yaw)
@@ -306,13 +306,13 @@ def figures(recording: Recording, faulty: Faulty, published: PlanarTrajectory) -
 
 
 def longest(times_s: np.ndarray) -> float:
-    """Return the longest time without a break that poses at ``times_s`` were off [s]."""
+    """Return the longest uninterrupted time [s] of poses at ``times_s``, which are off."""
     runs = np.split(times_s, np.flatnonzero(np.diff(times_s) > TOGETHER_S) + 1)
     return max((float(np.ptp(each)) + 0.1 for each in runs if len(each)), default=0.0)
 
 
 def recovery(right_s: np.ndarray, ended_s: float) -> float | None:
-    """Return how long after the fault poses are right and stay so; None where they never do."""
+    """Return the time after the fault until poses stay right [s], or None if they never do."""
     after = right_s[right_s >= ended_s]
     for number, start in enumerate(after):
         stays = after[number:][after[number:] <= start + STAYS_S]
@@ -324,7 +324,7 @@ def recovery(right_s: np.ndarray, ended_s: float) -> float | None:
 def drive(
     number: int, seed: int, names: Iterable[str], config: FpnetConfig, work: Path | None
 ) -> dict[str, Any]:
-    """Return the figures of one drive with each fault."""
+    """Return the results of one recording with each fault."""
     family, sensor = FAMILIES[number % len(FAMILIES)], SENSORS[number % len(SENSORS)]
     made = functools.cache(functools.partial(Made, seed + number, family, sensor, work))
     found = {}
@@ -335,7 +335,7 @@ def drive(
 
 
 def sums(runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what all drives with one fault come to."""
+    """Return the totals of all recordings with one fault."""
     recovered = [r['recovery_s'] for r in runs if r['recovery_s'] is not None]
     firsts = [r['first_m'] for r in runs if r['first_m'] is not None]
     return {
@@ -355,11 +355,11 @@ def sums(runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Print one line per drive and fault, and the sums."""
+    """Print one line per recording and fault, and the totals."""
     parser = drives_parser(__doc__, drives=10, seed=9300)
     parser.add_argument('--only', default=','.join(FAULTS), metavar='FAULT,...')
     parser.add_argument('--workers', type=int, default=1)
-    parser.add_argument('--first', type=int, default=0, help='number of the first drive')
+    parser.add_argument('--first', type=int, default=0, help='number of the first recording')
     parser.add_argument('--work', type=Path, metavar='FOLDER')
     arguments = parser.parse_args()
     names, config = arguments.only.split(','), load(None, arguments.set)

@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Are rooms found in finished clouds, and are such clouds found on their plans?
+Segmentation of finished point clouds into rooms, and matching of the clouds with their plans.
 
 Run: python benchmarks/finished_clouds.py [--storeys 8] [--seed 1000] [--json OUT] [--work DIR]
      [--pictures DIR]; then fpnet bench figures finished_clouds=OUT, once more for another seed's
 
-Generated, furnished storeys are surveyed by a scanner on a tripod and as the map of a mobile
-robot with 2 cm of noise; no viewpoints are kept. A true room's score is its intersection over
-union with the found room that covers it best, and it is found from one half on. The drawing is
-turned, stretched by two per cent and states its scale. Two neighbours in the list are also put
-one on top of the other, with strays around, and cut storey by storey. ``--work`` keeps the results
-of storeys, so that an interrupted run goes on.
+Generated, furnished storeys are surveyed by a tripod scanner and as a mobile robot's map with
+2 cm of noise; no viewpoints are stored. The score of a true room is its intersection over union
+with the best matching segmented room; it is found at 0.5 or more. The drawing is rotated,
+stretched by 2 % and states its scale. Two neighbours in the list are also stacked, with outliers
+around them, and segmented storey by storey. ``--work`` stores the results of storeys, so that an
+interrupted run can resume.
 """
 
 from dataclasses import asdict, dataclass
@@ -46,7 +46,7 @@ SIZE_INCHES = (12.0, 8.0)
 
 
 def true_labels(plan, grid):
-    """Return the storey's rooms on a grid (H, W), pieces of a corridor as one."""
+    """Return true room labels on a grid (H, W); all pieces of a corridor are one room."""
     labels = np.zeros(grid.shape, np.int32)
     for number, pieces in enumerate(plan.joined_rooms(), start=1):
         for piece in pieces:
@@ -56,7 +56,7 @@ def true_labels(plan, grid):
 
 
 def room_ious(plan, found):
-    """Return the score of each true room."""
+    """Return the IoU (R,) of each true room with its best segmented room."""
     true = true_labels(plan, found.grid)
     size = int(true.max()) + 1, int(found.labels.max()) + 1
     both = np.zeros(size, np.int64)
@@ -73,14 +73,14 @@ def storey(seed):
 
 
 def drawn(plan):
-    """Return a drawing of a plan, and the map from building to drawing."""
+    """Return a rotated and stretched drawing of a plan."""
     A = Affine2D(np.diag(STRETCH) @ rotation(TURN_RAD), np.zeros(2))
     return render_plan(plan, CELL_M, T_plan_building=A)
 
 
 @dataclass(frozen=True)
 class CloudCase:
-    """A storey's seed, how it is surveyed, and whether that of the seed before is put below."""
+    """A storey's seed and survey, and whether the previous seed's storey is stacked below it."""
 
     how: str
     seed: int
@@ -89,13 +89,13 @@ class CloudCase:
 
     @property
     def name(self):
-        """Of the file that keeps the result."""
+        """Name of the result's file."""
         return f'{self.how}_{self.seed}_{digest([self.has_below])}'
 
 
 @dataclass(frozen=True)
 class CloudResult:
-    """What is found in one cloud, and mean scores of both storeys where one lies below."""
+    """Results of one cloud, and the mean scores of both storeys if stacked."""
 
     how: str
     seed: int
@@ -112,7 +112,7 @@ class CloudResult:
 
 
 def run_case(case):
-    """Return what is found in the cloud of a case."""
+    """Return the results of a case."""
     config = FpnetConfig()
     plan, points = surveyed(case.how, case.seed)
     start = time.process_time()
@@ -142,19 +142,19 @@ def run_case(case):
 
 
 def surveyed(how, seed):
-    """Return a storey's plan and the points of its survey (P, 3)."""
+    """Return a storey's plan and its surveyed points (P, 3)."""
     plan, building = storey(seed)
     points = surveyed_cloud(building, SURVEYS[how], np.random.default_rng(seed), threads=1)
     return plan, points.astype(np.float64)
 
 
 def main() -> None:
-    """Print the means of each survey."""
+    """Run all cases and print the report."""
     parser = script_parser(__doc__)
     parser.add_argument('--storeys', type=int, default=8)
     parser.add_argument('--seed', type=int, default=1000)
-    parser.add_argument('--work', type=Path, metavar='DIR', help='keeps results')
-    parser.add_argument('--pictures', type=Path, metavar='DIR', help='of what is made anew')
+    parser.add_argument('--work', type=Path, metavar='DIR', help='store results here')
+    parser.add_argument('--pictures', type=Path, metavar='DIR', help='write pictures here')
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.storeys)
     cases = [
@@ -170,7 +170,7 @@ def main() -> None:
 
 
 def of_two(below, above, config, rng):
-    """Return the mean scores of both storeys of one cloud, strays around."""
+    """Return the mean scores of both storeys in one stacked cloud with outliers."""
     low, high = (part[1].min(axis=0) - STRAY_M for part in (below, above))
     top = above[1].max(axis=0) + STRAY_M
     strays = rng.uniform(np.minimum(low, high), top, (STRAYS, 3))
@@ -183,7 +183,7 @@ def of_two(below, above, config, rng):
 
 
 def draw(cut, sub, path):
-    """Write a picture: rooms and doors in colours, lintels as blue dots below the doors."""
+    """Write a picture of coloured rooms and doors, with lintels as blue dots."""
     with saved_figure(path, SIZE_INCHES, DPI) as figure:
         ax = figure.subplots()
         draw_grid(ax, sub.grid)

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Feed every reader with damaged files and count what becomes of them.
+Fuzz every reader with damaged files and count the outcomes.
 
 Usage: python benchmarks/fuzz_readers.py --count 10000 [--seed N] [--workers N]
        [--readers bags images ...] [--keep DIR] [--json FILE]; then
 fpnet bench figures readers=FILE
 
-Each input is a valid file after random mutations (test/fuzzing), read in a worker process that may
-take 10 s of processor time and 2 GiB. A reader may accept it or refuse it with a clear FpnetError;
-anything else is a failure, printed with its index and kept in DIR. Exits 1 if there was one.
+Each input is a valid file after random mutations (test/fuzzing), read in a worker process limited
+to 10 s of CPU time and 2 GiB. A reader may accept it or reject it with a clear FpnetError.
+Anything else is a failure, printed with its index and stored in DIR. Exits 1 after a failure.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _BAD = tuple(outcome for outcome in Outcome if outcome not in GOOD)
 
 
 def main() -> None:
-    """Run, print the table and the failures."""
+    """Run the inputs, and print the table and the failures."""
     parser = script_parser(__doc__.splitlines()[1])
     parser.add_argument('--count', type=int, default=10_000)
     parser.add_argument('--seed', type=int, default=0)
@@ -73,7 +73,7 @@ def row(group: str, results: list[Result]) -> dict[str, Any]:
 
 
 def report(result: Result, keep: Path | None) -> None:
-    """Print a failure, and keep its input if asked to."""
+    """Print a failure, and store its input if ``keep`` is given."""
     case = result.case
     print(
         f'{case.reader.group}, {case.reader.name}, input {case.index}: {result.outcome}: '

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What benchmarks that drive through generated buildings share: families, options, loop."""
+"""Shared parts of benchmarks with recordings in generated buildings: families, options, loop."""
 
 from fpnet.cli.common import load
 from fpnet_lab.cli.reports import script_parser
@@ -9,7 +9,7 @@ FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'r
 
 
 def drives_parser(description, drives, seed):
-    """Return the command line's parser, with these defaults."""
+    """Return the command line parser with the given defaults."""
     parser = script_parser(description)
     parser.add_argument('--drives', type=int, default=drives)
     parser.add_argument('--sensor', default='planar')
@@ -19,7 +19,7 @@ def drives_parser(description, drives, seed):
 
 
 def each(arguments, drive):
-    """Yield each family in turn with ``drive(seed, family, sensor, config)``."""
+    """Yield the families in turn with the results of ``drive(seed, family, sensor, config)``."""
     config = load(None, arguments.set)
     for number in range(arguments.drives):
         family = FAMILIES[number % len(FAMILIES)]

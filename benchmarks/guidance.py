@@ -1,16 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How far does a robot drive until it is localised, by the localizer's advice and without?
+Distance that a robot drives until it is localized, with and without the localizer's guidance.
 
 Run: python benchmarks/guidance.py [--buildings 20] [--seed 3000] [--json OUT] [--work DIR]
 
-Generated buildings whose rooms repeat, and such of two equal halves that only what stands around
-tells apart, if anything does; they are empty, as ways around furniture are other programs' task. A
-robot with 16 beams and true odometry begins somewhere and chooses its way itself: where the
-localizer's advice leads it, to the nearest edge of what was seen, or to any (three times, the mean
-counts). After 60 m it gives up, which counts as 60 m; buildings in which no robot was localised
-are counted apart.
+Generated buildings with repeated rooms, or with two equal halves that only their surroundings
+distinguish, if at all. They are unfurnished, as local obstacle avoidance is out of scope. A robot
+with 16 beams and true odometry starts at a random place and explores: following the localizer's
+guidance, to the nearest frontier, or to a random frontier (mean of three runs). It stops after
+60 m, which counts as 60 m. Buildings in which no robot was localized are counted separately.
 """
 
 from dataclasses import asdict, dataclass
@@ -36,7 +35,7 @@ WRONG_M = 3.0
 
 @dataclass(frozen=True)
 class Explorer:
-    """A building, a way to choose ways, and which of several tries."""
+    """A building, an exploration policy, and the number of the run."""
 
     family: str
     seed: int
@@ -45,13 +44,13 @@ class Explorer:
 
     @property
     def name(self):
-        """Of the file that keeps the result."""
+        """Name of the result's file."""
         return f'{self.family}_{self.seed}_{self.policy}_{self.run}'
 
 
 @dataclass(frozen=True)
 class ExploredBuilding:
-    """How it went: metres to the first pose, and whether that was wrong."""
+    """Result of one exploration: metres to the first pose, and whether it was wrong."""
 
     family: str
     seed: int
@@ -63,7 +62,7 @@ class ExploredBuilding:
 
 
 def run_case(case):
-    """Explore one building once."""
+    """Explore one building once and return the result."""
     config = FpnetConfig()
     options = RecordingOptions(
         family=case.family, rooms=(10, 30), is_furnished=False, lidar=SENSORS['beams16']
@@ -81,11 +80,11 @@ def run_case(case):
 
 
 def main() -> None:
-    """Print how far each way of choosing took."""
+    """Print the distances of each policy."""
     parser = script_parser(__doc__)
     parser.add_argument('--buildings', type=int, default=20)
     parser.add_argument('--seed', type=int, default=3000)
-    parser.add_argument('--work', type=Path, metavar='DIR', help='keeps results')
+    parser.add_argument('--work', type=Path, metavar='DIR', help='store results here')
     parser.add_argument('--workers', type=int, default=1)
     arguments = parser.parse_args()
     cases = [
@@ -100,18 +99,18 @@ def main() -> None:
             arguments.work, ExploredBuilding, named, run_case, arguments.workers, on_done=advance
         )
     found = {result.seed for result in results if result.found_after_m is not None}
-    told = [result for result in results if result.seed in found]
+    kept = [result for result in results if result.seed in found]
     report = {
         'most_m': MOST_M,
         'nowhere': arguments.buildings - len(found),
-        'policies': {policy: summary([r for r in told if r.policy == policy]) for policy in RUNS},
+        'policies': {policy: summary([r for r in kept if r.policy == policy]) for policy in RUNS},
         'drives': [asdict(result) for result in results],
     }
     finish('guidance', arguments.json, report)
 
 
 def summary(results):
-    """Return what all drives of one policy come to; buildings weigh the same."""
+    """Return the totals of one policy, with equal weight of all buildings."""
     driven = {}
     for result in results:
         metres = MOST_M if result.found_after_m is None else result.found_after_m

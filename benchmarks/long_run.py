@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Localise for an hour: do ticks slow down, does memory grow?
+Duration of updates and memory over an hour of localization.
 
 Run: python benchmarks/long_run.py [--minutes 60] [--every 5] [--tick-s 5] [--json OUT]; then
 fpnet bench figures long_run=OUT
 
 A robot tours a large office building and then drives the tour back and forth until the time is
-up. Every sweep is cast anew, at the true poses: an odometry without loop closure would drift for
-an hour and make another building of it. Scans and ticks run one after another in sensor time, so
-that a tick that takes longer than its period delays nothing. One in ``--every`` sweeps is fed and
-a tick comes each ``--tick-s``, so that an hour takes minutes; one call costs what it would in real
-time.
+up. Every sweep is cast at the true poses, because odometry without loop closure would drift too
+far within an hour. Scans and updates run sequentially in sensor time, so that an update longer
+than its period delays nothing. One of ``--every`` sweeps is used, with an update every
+``--tick-s``, so that an hour takes minutes; a single call takes as long as in real time.
 """
 
 from functools import partial
@@ -29,11 +28,11 @@ from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.speed.drive import FAMILY, ROOMS, SCAN_POINTS, SEED, TOUR
 
 EARLY_MIN = 5.0
-WINDOW_MIN = 2.0  # figures are taken over so long before each mark
+WINDOW_MIN = 2.0  # statistics cover this time before each mark
 
 
 class LongRun:
-    """Drives one localizer and keeps what every call took."""
+    """A long run of one localizer with the durations of all calls."""
 
     def __init__(self, every, tick_s):
         config = load_config()
@@ -46,7 +45,7 @@ class LongRun:
         self.adds, self.updates, self.memory = [], [], []  # rows: minute, wall ms, cpu ms
 
     def drive(self, minutes):
-        """Run until so many minutes of sensor time are over."""
+        """Run for ``minutes`` of sensor time."""
         period_s = self.recording.lidar.model.period_s
         next_update_ns = self.period_ns
         for number in range(0, int(minutes * 60.0 / period_s), self.every):
@@ -58,13 +57,13 @@ class LongRun:
                 next_update_ns += self.period_ns
 
     def index(self, number):
-        """Return the sweep of the tour that comes at such a place: there, back, there again."""
+        """Return the tour's sweep index for a running number, back and forth along the tour."""
         last = len(self.recording) - 1
         place = number % (2 * last)
         return place if place <= last else 2 * last - place
 
     def scan(self, index, stamp_ns):
-        """Cast a sweep, undo its motion as an odometry would, and add it."""
+        """Cast a sweep, deskew it, and add it to the localizer."""
         scan = self.recording.deskewed(index)
         points = scan.points[np.sort(self.rng.permutation(len(scan.points))[:SCAN_POINTS])]
         add = partial(self.localizer.add_scan, points, scan.T_odom_sensor, stamp_ns)
@@ -72,14 +71,14 @@ class LongRun:
 
     @staticmethod
     def timed(rows, stamp_ns, call):
-        """Call, and keep when it was and what it took."""
+        """Call a function and record its time and duration."""
         wall, cpu = time.perf_counter(), time.process_time()
         call()
         took = time.perf_counter() - wall, time.process_time() - cpu
         rows.append((stamp_ns / 60e9, 1e3 * took[0], 1e3 * took[1]))
 
     def figures(self, until_min):
-        """Return the figures of the window that ends at a mark."""
+        """Return the statistics of the window that ends at a mark."""
         adds, updates = (
             np.array([row for row in rows if until_min - WINDOW_MIN < row[0] <= until_min])
             for rows in (self.adds, self.updates)
@@ -96,7 +95,7 @@ class LongRun:
         }
 
     def report(self, minutes):
-        """Return everything, early and late, and their ratio."""
+        """Return early and late statistics, their ratio, and the final state."""
         early, late = self.figures(min(EARLY_MIN, minutes)), self.figures(minutes)
         output = self.localizer.output
         return {
@@ -113,11 +112,11 @@ class LongRun:
 
 
 def main() -> None:
-    """Drive and print the figures."""
+    """Run and print the report."""
     parser = script_parser(__doc__)
     parser.add_argument('--minutes', type=float, default=60.0)
-    parser.add_argument('--every', type=int, default=5, help='sweeps per sweep that is fed')
-    parser.add_argument('--tick-s', type=float, default=5.0, help='sensor time between ticks')
+    parser.add_argument('--every', type=int, default=5, help='use one of this many sweeps')
+    parser.add_argument('--tick-s', type=float, default=5.0, help='sensor time between updates')
     arguments = parser.parse_args()
     run = LongRun(arguments.every, arguments.tick_s)
     run.drive(arguments.minutes)

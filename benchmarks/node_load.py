@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Load the localizer node as a robot does, and more: is a scan lost, does TF falter, does it grow?
+Load test of the localizer node: lost scans, TF jitter, service latency and memory growth.
 
 Run: python benchmarks/node_load.py [--minutes 10] [--points 25000] [--kiss] [--json OUT]
 
-The node runs in a process of its own. This one drives a simulated tour to and fro with exact
-odometry, in real time at 10 Hz, and notes what comes back. Then clouds of 300,000 points follow
-for half a minute: where that is more than fits, the node must drop, say so, and stay up to date.
-With --kiss the odometry is KISS-ICP, in a process beside, and that takes the clouds; there is no
-second half then. On two processors only: taskset -c 0,1 python benchmarks/node_load.py --kiss
-Prints every figure and target; exits 1 where a target is missed.
+The node runs in its own process. This process publishes a simulated tour back and forth with exact
+odometry, in real time at 10 Hz, and records the node's outputs. Then clouds of 300,000 points
+follow for 30 s: if that is too much, the node must drop scans, report it, and stay up to date.
+With --kiss, KISS-ICP runs as odometry in another process and receives the clouds, without the
+overload phase. On two processors only: taskset -c 0,1 python benchmarks/node_load.py --kiss
+Prints every figure and target; exits 1 if a target is missed.
 """
 
 from __future__ import annotations
@@ -56,37 +56,37 @@ from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
 PERIOD_S = 0.1
 SCANS = 400
-MADE_POINTS = 10_000_000  # in all clouds of a phase
+MADE_POINTS = 10_000_000  # total points of all clouds of a phase
 OVERLOAD_POINTS, OVERLOAD_S = 300_000, 30.0
 CALL_PERIOD_S, MEMORY_PERIOD_S = 0.2, 5.0
 READY_S, DRAIN_S = 600.0, 5.0
 PAGE_MIB = os.sysconf('SC_PAGE_SIZE') / 2**20
-TF_PERIOD_MS, TF_AHEAD_NS = 40.0, 500_000_000  # rate and post-dating by the defaults
+TF_PERIOD_MS, TF_AHEAD_NS = 40.0, 500_000_000  # default rate and post-dating
 
-MOST_LOST_PERCENT = 0.1  # of the scans sent: the budget
+MOST_LOST_PERCENT = 0.1  # of the sent scans
 MOST_JITTER_MS, MOST_CALL_MS = 50.0, 50.0
 MOST_GROWTH_PERCENT = 5.0
-MOST_BEHIND_S = 2.0  # of the newest pose; the queue of ten scans, at 0.2 s each
+MOST_BEHIND_S = 2.0  # age of the newest pose: a queue of ten scans, 0.2 s each
 
 
 @dataclass
 class Heard:
-    """What came back in one phase."""
+    """Outputs of the nodes recorded in one phase."""
 
     sent: int = 0
-    late_ms: list[float] = field(default_factory=list)  # of this process against its schedule
-    tf_ns: list[int] = field(default_factory=list)  # when the node broadcast, by its own clock
+    late_ms: list[float] = field(default_factory=list)  # delay of this process behind its schedule
+    tf_ns: list[int] = field(default_factory=list)  # broadcast times by the node's clock
     call_ms: list[float] = field(default_factory=list)
     memory_mib: list[float] = field(default_factory=list)
-    reports: list[LocalizerReport] = field(default_factory=list)  # of /diagnostics
-    odometry: list[dict[str, float]] = field(default_factory=list)  # of KISS-ICP's diagnostics
+    reports: list[LocalizerReport] = field(default_factory=list)  # from /diagnostics
+    odometry: list[dict[str, float]] = field(default_factory=list)  # from KISS-ICP's diagnostics
     updates: list[LocalizerReport] = field(default_factory=list)
     unlocalized_ns: list[int] = field(default_factory=list)
     behind_s: list[float] = field(default_factory=list)
 
 
 class Load:
-    """Publishes scans on schedule, calls a service, and listens."""
+    """Publisher of scans on schedule that calls a service and records outputs."""
 
     def __init__(self, child: Child, with_kiss: bool) -> None:
         self.node = rclpy.create_node('load')
@@ -113,11 +113,11 @@ class Load:
         self.heard = Heard()
 
     def wait_until_ready(self) -> None:
-        """Publish the floorplan; return when the localizer has taken it, and clouds are heard."""
+        """Publish the floorplan; return when the localizer has it and all topics are connected."""
         self._floorplans.publish(grid_to_msg(self._recording.floorplan, 0, 'drawing'))
         deadline = time.monotonic() + READY_S
         while (
-            'took the floorplan' not in self._child.log_tail()
+            'received the floorplan' not in self._child.log_tail()
             or not self._clouds.get_subscription_count()
             or not self.node.count_publishers(KISS_ODOMETRY)
         ):
@@ -126,7 +126,7 @@ class Load:
             self._executor.spin_once(timeout_sec=0.1)
 
     def load(self, points: int) -> None:
-        """Make clouds of the tour from where the robot is, with noise and of the wanted size."""
+        """Create noisy clouds of ``points`` points along the tour, from the robot's position."""
         rng = np.random.default_rng(0)
         self._clouds_made, self._index = [], 0
         count = min(SCANS, MADE_POINTS // points)
@@ -139,9 +139,9 @@ class Load:
             self._clouds_made.append(cloud_to_msg(noisy.astype(np.float32), 0, 'lidar'))
 
     def run(self, seconds: float) -> Heard:
-        """Publish for a while and let the node catch up; returns what was heard."""
+        """Publish for ``seconds``, let the node catch up, and return the recorded outputs."""
         self.heard = Heard()
-        self._spin(2.0)  # a report from before the first scan
+        self._spin(2.0)  # for a report before the first scan
         started_s = time.monotonic()
         call_s = memory_s = started_s
         for count in range(round(seconds / PERIOD_S)):
@@ -165,7 +165,7 @@ class Load:
             self._executor.spin_once(timeout_sec=left_s)
 
     def _send(self) -> None:
-        # To and fro: the odometry never jumps.
+        # Back and forth, so that odometry never jumps.
         last = len(self._clouds_made) - 1
         position = last - abs(last - self._index % (2 * last))
         self._index += 1
@@ -189,7 +189,7 @@ class Load:
 
     def _on_tf(self, msg: TFMessage) -> None:
         header = msg.transforms[0].header
-        if header.frame_id == 'map':  # the other one is the odometry's
+        if header.frame_id == 'map':  # the others are from odometry
             self.heard.tf_ns.append(stamp_from_msg(header.stamp) - TF_AHEAD_NS)
 
     def _on_pose(self, msg: PoseStamped) -> None:
@@ -214,7 +214,7 @@ class Load:
 
 
 def tf_jitter_ms(heard: Heard) -> np.ndarray:
-    """Return by how much each period of TF was off, as long as a pose was claimed."""
+    """Return the deviation of each TF period [ms] while the status is ``localized``."""
     stamps = np.array(heard.tf_ns)
     if len(stamps) < 2:
         return np.array([np.nan])
@@ -225,7 +225,7 @@ def tf_jitter_ms(heard: Heard) -> np.ndarray:
 
 
 def summarize(heard: Heard) -> dict[str, float | str]:
-    """Return the figures of a phase; times in ms unless named otherwise."""
+    """Return the statistics of a phase; times in ms unless named otherwise."""
     jitter_ms = tf_jitter_ms(heard)
     memory = np.array(heard.memory_mib)
     tenth = max(1, len(memory) // 10)
@@ -269,7 +269,7 @@ def summarize(heard: Heard) -> dict[str, float | str]:
 def assess(
     steady: str, overload: str | None, phases: dict[str, dict[str, float | str]]
 ) -> list[tuple[str, Score]]:
-    """Return every target's phase and what was measured; an unknown figure is missed."""
+    """Return each target's phase and measured value; an unknown value misses its target."""
     ms, seconds, percent = Units.MS.to(2), Units.SECONDS.to(2), Unit(' %', 2)
     limits: tuple[tuple[str | None, str, Unit, float], ...] = (
         (steady, 'scans_lost_percent', percent, MOST_LOST_PERCENT),
@@ -289,7 +289,7 @@ def assess(
 def measure(
     points: int, minutes: float, with_kiss: bool
 ) -> tuple[list[tuple[str, Score]], dict[str, Any]]:
-    """Run the phases against a node of its own."""
+    """Run the phases with a separate node process."""
     environment = private_environment(free_domain_id())
     os.environ.update(environment)
     runs = [(points, 60.0 * minutes)]
@@ -323,11 +323,11 @@ def measure(
 
 
 def main() -> int:
-    """Print the figures of both phases and the targets; returns the exit status."""
+    """Print the statistics of all phases and the targets; return the exit status."""
     parser = script_parser(__doc__)
     parser.add_argument('--minutes', type=float, default=10.0)
     parser.add_argument('--points', type=int, default=25_000)
-    parser.add_argument('--kiss', action='store_true', help='KISS-ICP beside, as odometry')
+    parser.add_argument('--kiss', action='store_true', help='run KISS-ICP as odometry')
     arguments = parser.parse_args()
     targets, results = measure(arguments.points, arguments.minutes, arguments.kiss)
     for name, figures in results['phases'].items():

@@ -2,19 +2,19 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Run the paper's three tables again: train what they compare, then write them with its figures.
+Reproduction of the paper's three tables: training, and tables beside the paper's figures.
 
 Usage:
   python benchmarks/paper_tables.py train --pairs runs/clips --out runs/paper
   python benchmarks/paper_tables.py write --runs runs/paper --data ../shared/data \
       [--limit 100] [--page docs/matching_tables.md] [--notes notes/matching_tables.md]
 
-``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
-with fewer epochs, on the CPU or with --device cuda; called again it goes on. ``write`` has every
-method match the same pairs and writes the page; it keeps each table's report under --runs and goes
-on where it stopped, until the program changes. The page gets the paper's tables, the notes all
-tables with all columns. Where --runs holds no networks of Table III that table stays as it is on
-the page, with its own date.
+``train`` trains ``paper``, ``superglue`` and, with fewer epochs, the networks of Table III, one
+after the other, on the CPU or with --device cuda; a repeated call resumes. ``write`` matches the
+same pairs with every method and writes the page. It stores each table's report under --runs and
+resumes there, until the program changes. The page contains the paper's tables, the notes all
+tables with all columns. Without networks of Table III under --runs, that table on the page stays
+unchanged, with its own date.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     'no_connectivity': {'network.edge_mapping': 'proximity'},
     'no_distance': {'network.edge_mapping': 'connectivity'},
 }
-"""Networks of Table III: what differs from the preset ``paper``."""
+"""Networks of Table III, as changes of the preset ``paper``."""
 
 ABLATIONS = {
     'loss_match': ('match', {}, 80, 87),
@@ -57,7 +57,7 @@ ABLATIONS = {
     'without edge-distance': ('no_distance', {}, 71, 83),
     'without threshold grading': ('full', {'grade_thresholds': [0.3] * 3}, 84, 90),
 }
-"""Row of Table III: network, matcher settings, and the paper's MS and TS [%]."""
+"""Rows of Table III: network, matcher settings, and the paper's MS and TS [%]."""
 
 KEYS = ('auc1', 'auc10', 'auc20', 'ms', 'ts')
 PUBLISHED = {
@@ -80,11 +80,11 @@ PUBLISHED = {
         'paper': (26.2, 40.7, 44.7, 71.2, 54.6),
     },
 }
-"""The paper's Tables I and II [%] in the order of KEYS; its "Shahbandi" stands beside ombb."""
+"""The paper's Tables I and II [%] in the order of KEYS; ombb is listed with its "Shahbandi"."""
 
 RECALLS = {'recall_1m_10deg': '1 m, 10°', 'recall_05m_5deg': '0.5 m, 5°'}
 SHORT_COLUMNS = {'recall_1m_10deg': RECALLS['recall_1m_10deg']}
-"""Recalls in metres by their title: all in the notes, one on the page."""
+"""Titles of recalls in metres: all are in the notes, one is on the page."""
 
 TABLE_III = '\n## Ablations of `paper` on the synthetic set (Table III)'
 
@@ -96,7 +96,7 @@ NAMES = {
 
 
 def main() -> None:
-    """Run what the command line asks for."""
+    """Train or write, as given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
     actions = parser.add_subparsers(dest='action', required=True)
     training = actions.add_parser('train')
@@ -135,7 +135,7 @@ def train(
 
 @dataclass(frozen=True)
 class Report:
-    """What a benchmark wrote, as JSON."""
+    """JSON report of a benchmark."""
 
     text: str
 
@@ -176,17 +176,17 @@ def write_page(arguments: argparse.Namespace) -> None:
 
 
 def words(pair_set: str, limit: int, *more: object) -> list[str]:
-    """Return the command that has methods match one set."""
+    """Return the command that matches one set of pairs."""
     return ['bench', 'matching', '--set', pair_set, '--limit', str(limit), *map(str, more)]
 
 
 def network_of(runs: Path, name: str) -> Path:
-    """Return where training leaves a network of Table III."""
+    """Return the weights file of a network of Table III."""
     return runs / 'ablations' / name / 'matcher.safetensors'
 
 
 def ablation(runs: Path, row: str, limit: int) -> list[str]:
-    """Return the command of one row of Table III, on the synthetic set."""
+    """Return the command for one row of Table III, on the synthetic set."""
     name, settings, _, _ = ABLATIONS[row]
     config = runs / f'ablation_{row.replace(" ", "_")}.yaml'
     config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
@@ -195,7 +195,7 @@ def ablation(runs: Path, row: str, limit: int) -> list[str]:
 
 
 def bench(asked: list[str]) -> Report:
-    """Run a benchmark."""
+    """Run a benchmark and return its report."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, 'report.json')
         run(*asked, '--json', path)
@@ -203,12 +203,12 @@ def bench(asked: list[str]) -> Report:
 
 
 def run(*words: object) -> None:
-    """Run an ``fpnet`` command and stop where it fails."""
+    """Run an ``fpnet`` command and stop if it fails."""
     subprocess.run([FPNET, *map(str, words)], check=True)  # noqa: S603 (our own command)
 
 
 def heading(limit: int, made: Provenance) -> str:
-    """Return the page's first lines."""
+    """Return the first lines of the page."""
     return f"""# The paper's tables
 
 This page compares the region matching of fpnet_ros with the figures that the FloorplanNet paper
@@ -245,7 +245,7 @@ Written by `python benchmarks/paper_tables.py write`
 
 
 def paper_table(name: str, report: dict[str, Any], recalls: Mapping[str, str] = RECALLS) -> str:
-    """Return one set's table with these recalls, the paper's figures in brackets."""
+    """Return one set's table with the given recalls, and the paper's figures in brackets."""
     rows = []
     for method, found in report['methods'].items():
         theirs = PUBLISHED.get(name, {}).get(method, (None,) * len(KEYS))
@@ -259,7 +259,7 @@ def paper_table(name: str, report: dict[str, Any], recalls: Mapping[str, str] = 
 
 
 def robot_table(report: dict[str, Any]) -> str:
-    """Return how often each method is right, and wrong though it claims not to be."""
+    """Return a table of each method's right results and wrong acceptances."""
     rows = []
     for method, found in report['methods'].items():
         shares = [(band['right'], band['wrong_and_claimed']) for band in found['bands'].values()]
@@ -282,7 +282,7 @@ def ablation_table(found: dict[str, dict[str, float]], made: Provenance) -> str:
 
 
 def beside(share: float, published: float | None) -> str:
-    """Return a share in percent, and what the paper says."""
+    """Return a share in percent, followed by the published value."""
     return SHARE.text(share) + ('' if published is None else f' ({published:.1f})')
 
 

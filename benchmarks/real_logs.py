@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Localise the real Intel and Freiburg-079 laser logs on their drawn floorplans.
+Localization of the real Intel and Freiburg-079 laser logs on their drawn floorplans.
 
 Run: python benchmarks/real_logs.py ../shared/data/radish [--set KEY=VALUE ...] [--json OUT]; then
 fpnet bench figures real_logs=OUT
 
-Both buildings are in the report half. The drawings are off by up to 20 percent, x against y by up
-to 11. The configuration is the default one but for a tick each ten seconds, and for what is said
-of the scale: nothing, that it may be off by a quarter, or that nobody knows it.
-Errors are in the log's own metres against a fitted, not surveyed, placement. ``best_over_time``
-says of every tick what the best placement is worth, claimed or not: ``[error m, probability,
+Both buildings are in the test split. The drawings' scale is off by up to 20 %, x relative to y by
+up to 11 %. The configuration is the default one, except for an update every 10 s and the prior of
+the scale: default, off by up to a quarter, or unknown.
+Errors are in the log's metres relative to a fitted, not surveyed, placement. ``best_over_time``
+lists the best placement of every update, accepted or not, as ``[error m, probability,
 agreement]``.
 """
 
@@ -38,7 +38,7 @@ SAID = {
 
 
 def best_over_time(run, truth):
-    """Return error [m], probability and agreement of the best placement at every tick."""
+    """Return error [m], probability and agreement of the best placement at every update."""
     rows = []
     for output in run.outputs:
         if not output.estimates:
@@ -52,7 +52,7 @@ def best_over_time(run, truth):
 
 
 def follow(folder, name, config):
-    """Return the figures of one log under one configuration."""
+    """Return the results of one log with one configuration."""
     truth = read_fitted_truth(folder, name)
     localizer = create_localizer(config)
     localizer.set_plan(truth.plan)
@@ -74,7 +74,7 @@ def follow(folder, name, config):
 
 
 def main() -> None:
-    """Print one row per log and what is said of its scale."""
+    """Print one row per log and scale prior."""
     parser = script_parser(__doc__)
     parser.add_argument('folder', type=Path, help='the radish data folder')
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')

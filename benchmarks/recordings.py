@@ -2,16 +2,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Measure, for every simulated sensor, what a scan costs and how far lidar odometry drifts.
+CPU time per scan and drift of lidar odometry for every simulated sensor.
 
 Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building STYLE]
      [--bare] [--clouds timed|untimed|instant] [--json OUT]; then
 fpnet bench figures recordings=OUT, once more with each further OUT of the same table
 
-Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
-product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
-``--clouds``: with a time for each point; without, as drivers of spinning sensors give that keep
-them to themselves; or of one instant, along rays without jitter, as simulators give.
+Drift is the motion error over 15 m of path, scaled to 100 m, for KISS-ICP with the product's
+settings and for wheel odometry on the same tours. Times are CPU time per scan.
+``--clouds``: clouds with point times; without, as from drivers of spinning sensors that omit them;
+or of one instant, along rays without jitter, as from simulators.
 ``--bare``: plain walls, no furniture.
 """
 
@@ -41,7 +41,7 @@ LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)
 
 
 def scan_of(recording: Recording, index: int, clouds: str) -> Scan:
-    """Return a scan as ``--clouds`` has it."""
+    """Return a scan in the form selected by ``--clouds``."""
     if clouds == 'instant':
         return replace(recording.deskewed(index), T_odom_sensor=None)
     scan = recording.scan(index)
@@ -49,13 +49,13 @@ def scan_of(recording: Recording, index: int, clouds: str) -> Scan:
 
 
 def truth_of(recording: Recording, clouds: str) -> np.ndarray:
-    """Return where the sensor was at the instants that poses are of (S, 4, 4)."""
+    """Return the true sensor poses (S, 4, 4) at the instants of the odometry poses."""
     half_ns = round(0.5 * recording.lidar.model.period_s * NS_PER_S) if clouds == 'untimed' else 0
     return sensor_poses_at(recording.tour, recording.stamps_ns - half_ns)
 
 
 def register(recording: Recording, clouds: str) -> tuple[np.ndarray, float, float]:
-    """Return KISS-ICP's poses (S, 4, 4) and CPU seconds per scan of casting and registering."""
+    """Return KISS-ICP poses (S, 4, 4), and CPU seconds per scan for casting and registration."""
     odometry = KissOdometry(OdometryConfig())
     poses, cast_s, match_s = [], 0.0, 0.0
     for index in range(len(recording)):
@@ -64,7 +64,7 @@ def register(recording: Recording, clouds: str) -> tuple[np.ndarray, float, floa
         middle = time.process_time()
         try:
             pose = odometry.register_scan(scan).T_odom_sensor
-        except CloudFormatError:  # too few returns in range: the robot keeps its last pose
+        except CloudFormatError:  # too few returns in range: repeat the last pose
             pose = poses[-1] if poses else np.eye(4)
         cast_s, match_s = cast_s + middle - start, match_s + time.process_time() - middle
         poses.append(pose)
@@ -72,7 +72,7 @@ def register(recording: Recording, clouds: str) -> tuple[np.ndarray, float, floa
 
 
 def drift(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float, float]:
-    """Return mean drift [m] and [deg] per 100 m over stretches, and the error at the end [m]."""
+    """Return the mean drift [m] and [deg] per 100 m, and the error at the end [m]."""
     path_m = lengths_along(truth[:, :2, 3])
     first = np.flatnonzero(path_m <= path_m[-1] - STRETCH_M)[::5]
     last = np.searchsorted(path_m, path_m[first] + STRETCH_M)
@@ -82,7 +82,7 @@ def drift(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float, float]:
 
 
 def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
-    """Return by how much [m], [deg] the motion between two poses (2, 4, 4) is wrong in plan."""
+    """Return the planar error [m], [deg] of the motion between two poses (2, 4, 4)."""
     true_motion = np.linalg.inv(truth[0]) @ truth[1]
     error = np.linalg.inv(true_motion) @ np.linalg.inv(poses[0]) @ poses[1]
     return float(np.hypot(*error[:2, 3])), abs(float(np.rad2deg(np.arctan2(*error[1::-1, 0]))))
@@ -91,7 +91,7 @@ def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
 def measure(
     sensors: Iterable[str], options: RecordingOptions, seeds: int, clouds: str
 ) -> dict[str, dict[str, Any]]:
-    """Return the figures of each sensor, and those of wheels, which have no scans."""
+    """Return the results of each sensor, and of wheels, which have no scans."""
     rows: dict[str, dict[str, Any]] = {}
     wheels = []
     for name in sensors:

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What does each part of the judge bring? The same placements, judged with fewer and fewer figures.
+Ablation of the placement scorer's features on the same placements.
 
 Run: python benchmarks/scorer_ablation.py --data ../shared/data --trials runs/judge/trials
      [--cases 200] [--json OUT]; then fpnet bench figures scorer_ablation=OUT
 
-Robot maps of the report half, cut to each band, meet their own plan and two others'. Judges are
-fitted to the trials that ``fpnet train scorer`` has gathered (tune half): with the figures of each
-placement alone, with its rivals where they disagree, and with the deformation of the drawing too.
+Robot maps of the test split, clipped to each band, are matched with the correct and two other
+buildings' plans. Scorers are fitted to trials of ``fpnet train scorer`` (development split) with a
+placement's own features, plus those of competing hypotheses, plus the drawing's deformation.
 """
 
 from pathlib import Path
@@ -35,7 +35,7 @@ JUDGES = {
 
 
 def measured(best, is_right, trials, threshold):
-    """Return shares per band of what was best and how sure it was."""
+    """Return shares per band of right, accepted and wrongly accepted best placements."""
     kept, own = (np.array([getattr(t, name) for t in trials]) for name in ('kept', 'is_own'))
     claim = best >= threshold
     rows = {}
@@ -54,7 +54,7 @@ def measured(best, is_right, trials, threshold):
 
 
 def main() -> None:
-    """Print shares per judge and band."""
+    """Print shares per scorer and band."""
     parser = script_parser(__doc__)
     parser.add_argument('--data', type=Path, required=True)
     parser.add_argument('--trials', type=Path, required=True)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the segmentation of one generated storey: the default in several looks, and the baselines.
+Pictures of a generated storey's segmentation: the default in several styles, and baselines.
 
 Run: python benchmarks/segmentation_pictures.py --out docs/images/segmentation.png
 
@@ -21,7 +21,7 @@ from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import STYLES
 from fpnet_lab.sim.plans import generate_plan
 
-# Look and method of each picture, row by row.
+# Drawing style and method of each picture, row by row.
 PANELS = (
     (('clean', 'default'), ('furnished', 'default')),
     (('furnished', 'morphological'), ('furnished', 'distance')),
@@ -33,7 +33,7 @@ DPI = 60
 
 
 def main() -> None:
-    """Draw and save."""
+    """Draw and save the pictures."""
     parser = argparse.ArgumentParser(description='Draw rooms and doors found in drawings.')
     parser.add_argument('--seed', type=int, default=4)
     parser.add_argument('--out', type=Path, default=Path('out/segmentation.png'))

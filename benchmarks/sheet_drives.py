@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Is a robot found on the sheets that people have, and how much later than on a clean grid?
+Localization on realistic sheets, compared with a clean floorplan.
 
 Run: python benchmarks/sheet_drives.py [--drives 20] [--seed 1]
      [--set localizer.accept_probability=0.95] [--json OUT]; then
 fpnet bench figures sheet_drives=OUT
 
-Each generated building is driven with true odometry and a planar scanner until the first claim: on
-its clean floorplan of stated scale, and on its own sheets of every kind and format, as they are
-read from files. A claim is wrong that is more than a metre off, in true metres.
+In each generated building, a robot with true odometry and a planar scanner drives until the first
+acceptance: on the clean floorplan with stated scale, and on the building's sheets of every kind
+and format, parsed from files. An acceptance is wrong if its error exceeds 1 m, in true metres.
 """
 
 from dataclasses import asdict

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Is a robot placed that has seen little: one scan, or the submap of a path of 15 or 30 m?
+Localization from short submaps: a single scan, or a path of 15 or 30 m.
 
 Run: python benchmarks/short_submaps.py [--buildings 28] [--seed 5000] [--json OUT]
 
-Generated, furnished buildings of every kind but those that are symmetric or repeat one room, the
-drawings redrawn and stretched by up to 4 % in x and y, sensors in turn, true odometry. Three
-pieces of each drive are matched with the building's own drawing and with the one of the building
-before, in one look as ``fpnet match`` has it: nothing is known of the place, and the scale is
-stated. A placement is right within 5 degrees, 10 % of scale and 3 % of the drawing's diagonal.
-Times are of the processor, without the rooms of the plan.
+Generated, furnished buildings of every kind except symmetric ones and those of identical rooms,
+with redrawn drawings stretched by up to 4 % in x and y, sensors in turn, true odometry. Three
+pieces of each recording are matched with the correct drawing and with that of the previous
+building, in a single update like ``fpnet match``: without a position prior, with a stated scale. A
+placement is right within 5 degrees, 10 % of scale and 3 % of the drawing's diagonal. Times are CPU
+times, without the segmentation of the plan.
 """
 
 from dataclasses import asdict, dataclass
@@ -42,20 +42,20 @@ PIECES, EVERY = 3, 3
 
 @dataclass(frozen=True)
 class DrivenBuilding:
-    """One of the buildings, by its number, and the seed of all."""
+    """A building, given by its number and the common seed."""
 
     number: int
     seed: int
 
     @property
     def name(self):
-        """Of the file that keeps the results."""
+        """Name of the results' file."""
         return f'{self.seed}_{self.number:03d}'
 
 
 @dataclass(frozen=True)
 class DrivePiece:
-    """A piece of a drive: what was seen, and what was said of it on both drawings."""
+    """A piece of a recording: observed area, and the match results on both drawings."""
 
     building: int
     path: str
@@ -78,7 +78,7 @@ def drive_of(number, seed):
 
 
 def submap_of(recording, first, last):
-    """Return the submap of some scans, in the building's frame."""
+    """Return the submap of scans ``first`` to ``last``, in the building's frame."""
     builder = SubmapBuilder(FpnetConfig().submap)
     for index in range(first, last + 1, EVERY):
         scan = recording.deskewed(index)
@@ -87,7 +87,7 @@ def submap_of(recording, first, last):
 
 
 def pieces_of(recording, path_m):
-    """Return the first and last scans of evenly spread pieces of a drive."""
+    """Return the first and last scan indices of evenly spaced pieces of a recording."""
     along = lengths_along(recording.truth()[:, :2, 3])
     starts = np.linspace(0.0, max(0.0, along[-1] - path_m), PIECES)
     first = np.minimum(np.searchsorted(along, starts), len(along) - 1)
@@ -96,7 +96,7 @@ def pieces_of(recording, path_m):
 
 
 def run_building(building):
-    """Return all pieces of the drive in one building."""
+    """Return the results of all pieces of the recording in one building."""
     config = FpnetConfig()
     matcher = LearnedMatcher(config.matcher)
     global_localizer = GlobalLocalizer(
@@ -134,7 +134,7 @@ def run_building(building):
 
 
 def summary(pieces):
-    """Return what pieces of one length come to."""
+    """Return the totals of pieces of one length."""
     return {
         'pieces': len(pieces),
         'seen_m2': float(np.median([piece.seen_m2 for piece in pieces])),
@@ -147,7 +147,7 @@ def summary(pieces):
 
 
 def main() -> None:
-    """Print how often each length of path is placed and claimed."""
+    """Print how often pieces of each length are placed correctly and accepted."""
     parser = script_parser(__doc__)
     parser.add_argument('--buildings', type=int, default=28)
     parser.add_argument('--seed', type=int, default=5000)

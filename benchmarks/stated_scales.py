@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How wrong are the scales that drawings state, and what does doubting them bring and cost?
+Errors of the scales stated in drawings, and benefit and cost of a wide scale prior.
 
 Run: python benchmarks/stated_scales.py ../shared/data [--rounds 4] [--seed 1] [--json OUT]
 
-Drawings and robots' maps of the tune half. First, how a Gaussian and a Cauchy distribution fit
-what the drawings' files state of their scale, by which ``fpnet_core.localizer.scale`` weighs a
-doubt. Then parts of the maps, on their own plan and on another building's, with the scale stated
-right (within 2 percent or so) and 10 to 25 percent wrong; claims as ``fpnet match`` makes them.
+Data: development split. First, a Gaussian and a Cauchy distribution are fitted to the errors of
+stated scales; ``fpnet_core.localizer.scale`` uses the result for its wide scale prior. Then parts
+of robot maps are matched with the correct plan and another building's, with a stated scale that is
+right (within about 2 %) or 10 to 25 % wrong, and accepted as by ``fpnet match``.
 """
 
 from collections import Counter
@@ -43,7 +43,7 @@ SCATTER, WRONG = 0.02, (0.1, 0.23)  # logarithms
 
 
 def stated_errors(pairs):
-    """Return the logarithm of each drawing's nominal scale, and that of x against y."""
+    """Return the log scale error and the log anisotropy of each drawing."""
     of = {pair.building: [] for pair in pairs}
     for pair in pairs:
         of[pair.building].append(np.linalg.svd(pair.A_plan_robot.linear, compute_uv=False))
@@ -52,7 +52,7 @@ def stated_errors(pairs):
 
 
 def fits(errors):
-    """Return width and log likelihood of each distribution around no error."""
+    """Return width and log likelihood of each zero-centred distribution."""
     found = {}
     for name, family in {'Gaussian': stats.norm, 'Cauchy': stats.cauchy}.items():
 
@@ -65,14 +65,14 @@ def fits(errors):
 
 
 def stating(pair, error):
-    """Return a pair whose plan states a scale that is off by ``error``, in its logarithm."""
+    """Return the pair with a stated scale that is off by the log error ``error``."""
     factor = pair.A_plan_robot.scale * float(np.exp(-error))
     A = pair.A_plan_robot @ Affine2D(np.eye(2) / factor, np.zeros(2))
     return replace(pair, robot=rescaled(pair.robot, factor), A_plan_robot=A, is_metric=True)
 
 
 class Bench:
-    """Compares maps with plans, with and without doubting what was stated."""
+    """Matching of maps and plans with and without a wide scale prior."""
 
     def __init__(self, data):
         self.pairs = read_robot_pairs(data, 'tune')
@@ -86,7 +86,7 @@ class Bench:
         self._plans = {}
 
     def cases(self, rounds, seed):
-        """Yield the error, the cut pair and another building's plan."""
+        """Yield the log scale error, the clipped pair and another building's plan."""
         for number in range(rounds):
             for index, pair in enumerate(self.pairs):
                 for band, share in enumerate(BANDS.values()):
@@ -100,7 +100,7 @@ class Bench:
                         yield float(error), cut, other
 
     def count(self, pair, other):
-        """Return what is counted of one case, each as ``doubting`` and ``trusting``."""
+        """Return the counts of one case, for ``doubting`` (wide prior) and ``trusting``."""
         robot = segment_robot_map(submap_from_grid(pair.robot), self._config, is_metric=True)
         counts = Counter()
         for drawing in (pair.drawing, other):
@@ -135,7 +135,7 @@ class Bench:
 
 
 def main() -> None:
-    """Print the fits and a row per way of stating and looking."""
+    """Print the fits, and a row per stated scale and scale prior."""
     parser = script_parser(__doc__)
     parser.add_argument('data', type=Path, help='the shared data')
     parser.add_argument('--rounds', type=int, default=4)

@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where rooms of submaps lose intersection over union, by sensor.
+Sources of IoU loss of segmented submap rooms, by sensor.
 
 Run: python benchmarks/submap_losses.py [--drives 25] [--first-seed 0] [--sensor planar]
      [--json OUT]; then fpnet bench figures submap_losses=OUT
 
-The same drives as those of ``fpnet bench segmentation``, with one sensor or with each in turn.
-Every sufficiently observed room is scored three times: as the product cuts it (``shipped``), with
-every candidate line decided as the building is (``decided``), and with all space that was found
-given to the true room that is nearest (``cut``): what is lost from the second to the third is
-lines that no candidate lies on. What ``cut`` lacks is told in shares of the room's observed part:
-``returns``, ``unseen`` and ``free`` cells within it that no room holds, those less than 0.15 m
-within its outline as ``rim``; and ``beyond``, what the room holds outside of it.
+The recordings are those of ``fpnet bench segmentation``, with one sensor or each in turn. Every
+sufficiently observed room is scored three times: segmented by the product (``shipped``), with
+every candidate line decided by ground truth (``decided``), and with all segmented space assigned
+to the nearest true room (``cut``). The loss between the second and the third is due to missing
+candidate lines. The remaining loss of ``cut`` is reported in shares of the room's observed part:
+unassigned ``returns``, ``unseen`` and ``free`` cells inside it, with those less than 0.15 m from
+its outline as ``rim``; and ``beyond``, the room's cells outside of it.
 """
 
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ COLUMNS = (
 
 
 def decided(truth, parts):
-    """Return for each piece the one it joins if every line is decided as ``truth (H, W)`` is."""
+    """Return the piece that each piece is merged into according to ``truth (H, W)``."""
     passable = parts.scene.free & ~parts.scene.lintel
     labels = upsample_labels(parts.labels, parts.work.stride, passable)
     overlap = np.zeros((len(parts.pieces.peak), int(truth.max()) + 1))
@@ -87,7 +87,7 @@ def losses(drive, submap) -> Iterator[list[float]]:
 
 
 def main() -> None:
-    """Drive, cut, and print a table."""
+    """Segment all recordings and print a table."""
     parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=25)
     parser.add_argument('--first-seed', type=int, default=0)
@@ -105,7 +105,7 @@ def main() -> None:
 
 
 def _means(rows):
-    """Return the means of a sensor's rooms, and how many there are."""
+    """Return the number of a sensor's rooms, and their mean values."""
     means = np.mean(rows, axis=0).tolist()
     return {'rooms': len(rows)} | dict(zip(COLUMNS, means, strict=True))
 

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw true rooms and the segmented submaps of drives side by side, matching rooms in one colour.
+Pictures of true rooms and segmented submaps side by side, with matched rooms in one colour.
 
 Run: python benchmarks/submap_pictures.py beams32:101 beams16:104 --out PNG
 
-Each argument is a sensor model and the seed of a building. Rooms of the building that the robot
-has not sufficiently seen stay white; found rooms without a partner are brown.
+Each argument is a sensor model and the seed of a building. Rooms that are not sufficiently
+observed stay white; segmented rooms without a match are brown.
 """
 
 import argparse
@@ -54,7 +54,7 @@ def draw_drive(axes, drive: RegisteredDrive, segmentation, title: str) -> None:
 
 
 def main() -> None:
-    """Draw and save."""
+    """Draw and save the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('drives', nargs='+', metavar='SENSOR:SEED')
     parser.add_argument('--out', type=Path, default=Path('out/submaps.png'))

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What became of an earlier program: both localise the same recordings in one run, in turn.
+Comparison with an earlier version: both localize the same recordings in one run, in turn.
 
 Run: python benchmarks/two_programs.py cca81ec [--rounds 1] [--seed 9001] [--json OUT]; then
 fpnet bench figures two_programs=OUT
 
-Each round drives a robot with every sensor through a building of its own (``fpnet simulate
-recording`` of today), and both programs run ``fpnet localize`` on the bag with its floorplan, and
-with that of the recording before, where each pose is wrong. A recording that is not counted
-comes first: it compiles kernels. The other commit is checked out beside this one, and runs in the
-same Python environment.
+Each round records every sensor in a different building (with the current ``fpnet simulate
+recording``). Both versions run ``fpnet localize`` on the bag with its floorplan, and with that of
+the previous recording, on which every pose is wrong. A first recording is not counted, because it
+compiles kernels. The other commit is checked out in a worktree and runs in the same Python
+environment.
 """
 
 from itertools import count
@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def run(program, kernels, *words):
-    """Run a command of the program in a folder; return its processor time [s]."""
+    """Run a command of the version in folder ``program``; return its CPU time [s]."""
     environment = os.environ | {'PYTHONPATH': str(program), 'NUMBA_CACHE_DIR': str(kernels)}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, '-m', 'fpnet', *map(str, words)]
@@ -43,7 +43,7 @@ def run(program, kernels, *words):
 
 
 def localized(program, kernels, drive, others):
-    """Return what a program says of a drive on its floorplan, and of one on another's."""
+    """Return a version's results on the correct and on another recording's floorplan."""
     out, truth = drive / 'out.json', ('--truth', drive / 'truth.tum')
     command = program, kernels, 'localize', drive / 'bag', '--json', out, '--floorplan'
     used_s = run(*command, drive / 'floorplan.yaml', *truth)
@@ -54,21 +54,21 @@ def localized(program, kernels, drive, others):
 
 
 def main() -> None:
-    """Drive, localise, and print the table."""
+    """Record, localize, and print the table."""
     parser = script_parser(__doc__)
     parser.add_argument('commit')
     parser.add_argument('--rounds', type=int, default=1)
     parser.add_argument('--seed', type=int, default=9001)
-    arguments = parser.parse_args()
-    seeds, drives = count(arguments.seed), []
+    args = parser.parse_args()
+    seeds, drives = count(args.seed), []
     with tempfile.TemporaryDirectory() as folder:
         other = Path(folder) / 'program'
-        tree = ['git', '-C', str(ROOT), 'worktree']
-        subprocess.run([*tree, 'add', '--detach', other, arguments.commit], check=True)  # noqa: S603
+        git = ['git', '-C', str(ROOT), 'worktree']
+        subprocess.run([*git, 'add', '--detach', other, args.commit], check=True)  # noqa: S603
         try:
             programs, last = {'earlier': other, 'today': ROOT}, None
             kernels = {name: Path(folder) / f'{name}_kernels' for name in programs}
-            sensors = [next(iter(SENSORS)), *arguments.rounds * tuple(SENSORS)]
+            sensors = [next(iter(SENSORS)), *args.rounds * tuple(SENSORS)]
             for seed, sensor in zip(seeds, sensors, strict=False):
                 drive = Path(folder) / str(seed)
                 words = '--out', drive, '--seed', seed, '--sensor', sensor
@@ -79,14 +79,14 @@ def main() -> None:
                 }
                 if last is not None:
                     drives.append({'sensor': sensor, **{name: found[name] for name in programs}})
-                    print(sensor, seed, _said(drives[-1]), flush=True)
+                    print(sensor, seed, _brief(drives[-1]), flush=True)
                 last = drive
         finally:
-            subprocess.run([*tree, 'remove', '--force', other], check=False)  # noqa: S603
-    finish('two_programs', arguments.json, {'commit': arguments.commit, 'drives': drives})
+            subprocess.run([*git, 'remove', '--force', other], check=False)  # noqa: S603
+    finish('two_programs', args.json, {'commit': args.commit, 'drives': drives})
 
 
-def _said(drive):
+def _brief(drive):
     return {
         name: (drive[name]['path_to_first_pose_m'], round(drive[name]['processor_s'], 1))
         for name in ('earlier', 'today')

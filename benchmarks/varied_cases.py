@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What ``vary_constants.py`` asks the product: a case or more of each part that answers by itself.
+Cases of ``vary_constants.py``: at least one for each independent part of the product.
 
-The first cases of ``fpnet bench regression``, submaps that are cut into rooms, drawings that are
-read from files, a library that is asked, a drawing that is out of date, a floorplan and a bag
-that are checked.
+They are the first cases of ``fpnet bench regression``, segmentation of submaps, parsing of drawing
+files, a library query, an outdated drawing, and checks of a floorplan and a bag.
 """
 
 from __future__ import annotations
@@ -49,24 +48,24 @@ from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 
 CASES = {'plans': 6, 'pairs': 4, 'drives': 1}
-"""Of each kind, the first ones of the benchmark. Chosen: some seconds a try."""
+"""Number of first cases of each kind of the benchmark. Chosen: some seconds per trial."""
 
 SENSORS = ('planar', 'beams32')
 SHEETS = (('office', 'dxf'), ('scan', 'picture'), ('brochure', 'pdf'), ('phone', 'picture'))
-"""Whose submaps are cut; kinds of drawings and their files. Chosen: ten seconds for all."""
+"""Sensors of submaps; kinds of drawings and file formats. Chosen: ten seconds for all."""
 
-_SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
-_KNOWN_PLANS = 4  # chosen: of the library
-_MOVED_M = (0.9, 0.5)  # chosen: a drawing is out of date by so much
+_SEED = 77  # numerical: of the first submap and the first drawing, both in development splits
+_KNOWN_PLANS = 4  # chosen: number of plans in the library
+_MOVED_M = (0.9, 0.5)  # chosen: offset of the outdated drawing
 _TOUR = TourLimits(rooms=2, shortest_s=15.0, longest_s=30.0)
 _LISTENED_S = 60.0  # chosen: longer than the bag
-_LATE_NS = NS_PER_S // 5  # chosen: by so much later stamps say that scans were taken
+_LATE_NS = NS_PER_S // 5  # chosen: delay of stamps
 _R_TILTED = Rotation.from_euler('y', 8.0, degrees=True).as_matrix().astype(np.float32)
 _ALIKE = 'similar_alone', 'similar_with_neighbours'
 
 
 def all_cases(config: FpnetConfig, folder: Path) -> Iterator[RegressionCase]:
-    """Yield all cases; files of drawings lie in ``folder``."""
+    """Yield all cases, with drawing files in ``folder``."""
     yield from chain(
         map_cases(),
         make_cases(CASES),
@@ -77,7 +76,7 @@ def all_cases(config: FpnetConfig, folder: Path) -> Iterator[RegressionCase]:
 
 
 def first_difference(case: RegressionCase, found: Answer, before: Answer) -> str:
-    """Return how a case is answered otherwise than before, or nothing."""
+    """Return the first difference of a case's answer from before, or an empty string."""
     if case.kind not in CASES:
         return '' if found == before else f'{case.name}: {found}, was {before}'
     lines = differences({case.kind: {case.name: found}}, {case.kind: {case.name: before}})
@@ -85,36 +84,36 @@ def first_difference(case: RegressionCase, found: Answer, before: Answer) -> str
 
 
 def submap_cases(config: FpnetConfig) -> Iterator[RegressionCase]:
-    """Yield a drive of each of some sensors, to be laid into a submap and cut into rooms."""
+    """Yield one recording per sensor whose submap is segmented into rooms."""
     for number, sensor in enumerate(SENSORS):
         drive = registered_drive(_SEED + number, sensor, config)
-        yield RegressionCase('plans', f'submap-{sensor}', partial(_cut_submap, drive))
+        yield RegressionCase('plans', f'submap-{sensor}', partial(_segmented_submap, drive))
 
 
-def _cut_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
-    """Return the rooms and doors of all that a drive has seen."""
+def _segmented_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of a recording's submap."""
     return _rooms_of(segment_drive(drive, config), [len(drive.sweeps)])
 
 
 def sheet_cases(folder: Path) -> Iterator[RegressionCase]:
-    """Yield drawings that are read as a user's are, vector files in this process, too."""
+    """Yield drawings parsed like a user's, with vector files parsed in this process."""
     worker = importlib.import_module('fpnet_core.drawings.formats.worker')
     worker.read_apart = worker.read_here  # type: ignore[attr-defined]
     for number, (kind, file_format) in enumerate(SHEETS):
         sheet = draw_sheet(_SEED + number, SheetKind(kind))
         path, _ = written(sheet, folder / f'{number}-{kind}', file_format)
         name = f'{file_format}-{kind}'
-        yield RegressionCase('plans', name, partial(_cut_sheet, path))
+        yield RegressionCase('plans', name, partial(_segmented_sheet, path))
 
 
-def _cut_sheet(path: Path, config: FpnetConfig) -> Answer:
-    """Return the rooms and doors of a drawing; its scale is part of their areas."""
+def _segmented_sheet(path: Path, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of a drawing; the areas depend on its scale."""
     reading = read_plan(path, ReadOptions(), config)
     return _rooms_of(segmented(reading, config.segmentation), [len(reading.doubts) + 1])
 
 
 def checked_cases(folder: Path) -> Iterator[RegressionCase]:
-    """Yield a floorplan that is checked without drives, and a bag, as it is and with faults."""
+    """Yield a floorplan check without recordings, and a check of a bag with and without faults."""
     path = folder / 'checked.yaml'
     write_map(styled_drawing(np.random.default_rng((_SEED, 2))), path)
     yield RegressionCase('checked', 'plan-check', partial(_checked_plan, path))
@@ -124,19 +123,19 @@ def checked_cases(folder: Path) -> Iterator[RegressionCase]:
 
 
 def _checked_plan(path: Path, config: FpnetConfig) -> Answer:
-    """Return what is said of a floorplan, with the rooms that look alike."""
+    """Return a floorplan's check result, with numbers of similar rooms."""
     reading = read_plan(path, ReadOptions(), config)
-    told = check_plan(reading, config, range(0), _no_drive).as_json()
-    alike = {key: {room: len(told[key][room]) for room in told[key]} for key in _ALIKE}
-    return {'advice': told['advice'], 'symmetries': len(told['symmetries']), **alike}
+    values = check_plan(reading, config, range(0), _no_drive).as_json()
+    alike = {key: {room: len(values[key][room]) for room in values[key]} for key in _ALIKE}
+    return {'advice': values['advice'], 'symmetries': len(values['symmetries']), **alike}
 
 
 def _no_drive(*_: object) -> NoReturn:
-    raise ConfigError('no drives')
+    raise ConfigError('no recordings')
 
 
 def _examined(folder: Path, config: FpnetConfig) -> Answer:
-    """Return what is found in a bag; the same with scans that come late, and that are tilted."""
+    """Return the findings for a bag, for the same with late scans, and with tilted scans."""
     del config
     seen = observe_bag(folder, _LISTENED_S)
     late = [replace(sweep, stamp_ns=sweep.stamp_ns + _LATE_NS) for sweep in seen.sweeps]
@@ -146,7 +145,7 @@ def _examined(folder: Path, config: FpnetConfig) -> Answer:
 
 
 def map_cases() -> Iterator[RegressionCase]:
-    """Yield a library that is asked for the plan of a robot's map, and one that has changed."""
+    """Yield a library query with a robot's map, and differences from an outdated plan."""
     rng = np.random.default_rng((_SEED, 1))
     plans = [styled_drawing(rng) for _ in range(_KNOWN_PLANS)]
     robot = robot_map_of(plans[0], rng)
@@ -155,7 +154,7 @@ def map_cases() -> Iterator[RegressionCase]:
 
 
 def _proposed(plans: Sequence[GridMap], robot: GridMap, config: FpnetConfig) -> Answer:
-    """Return which plans of a library are proposed."""
+    """Return the plans proposed by a library, in order."""
     cuts = [segment_floorplan(plan, config.segmentation) for plan in plans]
     library = PlanLibrary.of([plan_of(f'{i}', cut, STATED_SCALE) for i, cut in enumerate(cuts)])
     found = library.find(segment_floorplan(robot, config.segmentation), STATED_SCALE)
@@ -163,16 +162,16 @@ def _proposed(plans: Sequence[GridMap], robot: GridMap, config: FpnetConfig) -> 
 
 
 def _differing(plan: GridMap, robot: GridMap, config: FpnetConfig) -> Answer:
-    """Return what differs where a robot's map lies beside its place on the drawing."""
+    """Return the differences of a robot's map at an offset from its place on the drawing."""
     seen, _ = prepare_submap(submap_from_grid(robot), SubmapSegmenter(), StageTimer())
     A_plan_sub = Affine2D(np.eye(2), np.array(_MOVED_M))
     found = find_differences(prepare_plan(plan, config), seen, A_plan_sub)
     return {'pieces': [[piece.kind.value, round(piece.confidence, 1)] for piece in found.pieces]}
 
 
-def _rooms_of(found: Segmentation, told: list[int]) -> Answer:
-    """Return rooms and doors as the benchmark compares them, and what else must be the same."""
+def _rooms_of(found: Segmentation, values: list[int]) -> Answer:
+    """Return rooms and doors in the benchmark's format, and further values to compare."""
     areas = sorted((round(room.area_m2, 2) for room in found.rooms), reverse=True)
     return {
-        'input': told, 'rooms': len(found.rooms), 'doors': len(found.doors), 'areas_m2': areas
+        'input': values, 'rooms': len(found.rooms), 'doors': len(found.doors), 'areas_m2': areas
     }  # fmt: skip

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which constants of the core decide anything: each a fifth larger and smaller, what is answered?
+Sensitivity of results to the core's constants, each a fifth larger and smaller.
 
 Usage::
 
@@ -12,15 +12,15 @@ Usage::
     python benchmarks/vary_constants.py --known OUT                # of those that decided there
     fpnet bench figures constants_varied=OUT constants_varied=OTHER   # one table of several runs
 
-Cases (``varied_cases.py``) are answered with constants changed; what counts as another answer is
-what does in ``fpnet bench regression``. Inputs are made before.
+Cases (``varied_cases.py``) are evaluated with changed constants. A different answer is defined as
+in ``fpnet bench regression``. Inputs are created before.
 
-Several constants are changed at a time, each in a direction of its own, and then all the other
-way round; where an answer changes, the group is halved, down to a single constant. Each group is
-answered in a process of its own, the quickest cases first, and only those that run a function
-which looks one of the constants up; compiled kernels that do are compiled anew there. Whole
-numbers move by one at least. A constant that no case looks up, or that is only read where a module
-is loaded, is listed as ``not run``. What takes far longer than before counts as another answer.
+Several constants are changed at a time, each in a random direction, and then all in the opposite
+direction. If an answer changes, the group is bisected down to a single constant. Each group runs
+in a separate process, with the fastest cases first, and only with cases that run a function which
+looks up one of the constants; compiled kernels that do are recompiled there. Integers change by at
+least one. A constant that no case looks up, or that is only read when a module is loaded, is
+listed as ``not run``. A case that takes much longer than before counts as a different answer.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ from fpnet_lab.training import use_threads
 
 ROOT = Path(__file__).resolve().parents[1]
 _SEED = 5  # numerical: of directions
-_PATIENCE = 30.0, 60.0  # chosen: times as long by the clock, and so many seconds at least
-_MEMORY_BYTES = 6 * 2**30  # numerical: of a try
+_PATIENCE = 30.0, 60.0  # chosen: timeout as a multiple of the usual time, and its minimum [s]
+_MEMORY_BYTES = 6 * 2**30  # numerical: memory limit of a trial
 
 Name = tuple[str, str]
 """A module and a name in it."""
@@ -66,7 +66,7 @@ Name = tuple[str, str]
 
 @dataclass(frozen=True, eq=False)
 class Varied:
-    """A constant, and the names that it is looked up by wherever it was imported to."""
+    """A constant, and all names under which it was imported."""
 
     module: str
     name: str
@@ -75,7 +75,7 @@ class Varied:
 
 @dataclass(eq=False)
 class Timed:
-    """A case, what it answered, the names that functions looked up, and its processor time [s]."""
+    """A case, its answer, the names that its functions look up, and its CPU time [s]."""
 
     case: RegressionCase
     outcome: Answer
@@ -85,7 +85,7 @@ class Timed:
 
 @dataclass(eq=False)
 class Trials:
-    """Cases and how constants are changed on them."""
+    """Cases, and the changes of constants evaluated on them."""
 
     timed: list[Timed]
     config: FpnetConfig
@@ -94,7 +94,7 @@ class Trials:
     count: int = 0
 
     def deciding(self, group: Sequence[Varied], is_turned: bool) -> Iterator[tuple[Varied, str]]:
-        """Yield those of a group that change an answer, with the first one that they change."""
+        """Yield the constants of a group that change an answer, with the first difference."""
         factors = {
             each: self.factor if self.ups[each] != is_turned else 1.0 / self.factor
             for each in group
@@ -112,7 +112,7 @@ class Trials:
             yield from found or [(each, f'only together: {line}') for each in group]
 
     def other_answer(self, factors: dict[Varied, float]) -> str:
-        """Return how a case is answered otherwise where constants are changed, or nothing."""
+        """Return the first difference caused by changed constants, or an empty string."""
         homes = frozenset[Name]().union(*(each.homes for each in factors))
         relevant = [t for t in self.timed if homes & t.lookups]
         context = multiprocessing.get_context('fork')
@@ -122,21 +122,21 @@ class Trials:
         sender.close()
         self.count += 1
         try:
-            return next(filter(None, (_heard(receiver, t) for t in relevant)), '')
+            return next(filter(None, (_received(receiver, t) for t in relevant)), '')
         finally:
             process.kill()
             process.join()
 
 
 def main() -> None:
-    """Vary what the command line asks for; print a line each and write all."""
+    """Vary the selected constants; print a line for each and write the report."""
     parser = script_parser(__doc__.splitlines()[1])
     parser.add_argument('--only', default='', help='packages or modules of fpnet_core, by commas')
-    parser.add_argument('--kinds', default='chosen,numerical', help='what they say of themselves')
-    parser.add_argument('--cases', default='', help='words of which names of cases hold one')
-    parser.add_argument('--factor', type=float, default=1.2, help='by how much')
-    parser.add_argument('--group', type=int, default=8, help='as many at a time')
-    parser.add_argument('--known', type=Path, help='report of which only what decided is tried')
+    parser.add_argument('--kinds', default='chosen,numerical', help='kinds of constants')
+    parser.add_argument('--cases', default='', help='parts of names of cases, by commas')
+    parser.add_argument('--factor', type=float, default=1.2, help='factor of change')
+    parser.add_argument('--group', type=int, default=8, help='constants per trial')
+    parser.add_argument('--known', type=Path, help='report; try only constants decisive there')
     args = parser.parse_args()
     use_threads(1)
     for module in pkgutil.walk_packages(fpnet_core.__path__, 'fpnet_core.'):
@@ -147,7 +147,7 @@ def main() -> None:
 
 
 def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
-    """Vary constants on cases whose files lie in a folder."""
+    """Vary constants on cases with files in ``folder``."""
     words = args.cases.split(',')
     cases = (case for case in all_cases(config, folder) if any(w in case.name for w in words))
     timed = sorted(baseline(cases, config), key=lambda t: t.seconds)
@@ -175,7 +175,7 @@ def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
 
 
 def asked(args: Namespace) -> Iterator[Varied]:
-    """Yield the constants that the command line asks for."""
+    """Yield the constants selected on the command line."""
     tool = runpy.run_path(str(ROOT / 'tools' / 'constants.py'))
     importers = imported()
     known = json.loads(args.known.read_text(encoding='utf-8'))['rows'] if args.known else None
@@ -195,7 +195,7 @@ def _module_of(path: Path) -> str:
 
 
 def imported() -> dict[Name, list[Name]]:
-    """Return under which names modules of the core know what they import from each other."""
+    """Return the (module, name) pairs that import each name from another module of the core."""
     found: dict[Name, list[Name]] = {}
     for name, module in _modules():
         source = Path(str(module.__file__)).read_text(encoding='utf-8')
@@ -214,7 +214,7 @@ def _homes(name: Name, importers: dict[Name, list[Name]]) -> Iterator[Name]:
 
 
 def baseline(cases: Iterable[RegressionCase], config: FpnetConfig) -> Iterator[Timed]:
-    """Yield cases with what they answer as things are; the second run is timed."""
+    """Yield cases with their answers for unchanged constants; the second run is timed."""
     for case in cases:
         ran: set[tuple[str, CodeType]] = set()
 
@@ -236,7 +236,7 @@ def baseline(cases: Iterable[RegressionCase], config: FpnetConfig) -> Iterator[T
 
 
 def lookups(ran: Iterable[tuple[str, CodeType]]) -> frozenset[Name]:
-    """Return the names that code of modules of the core looks up, kernels that it calls too."""
+    """Return the names that code of the core's modules looks up, including called kernels."""
     found: set[Name] = set()
     left = [(module, code) for module, code in ran if module.startswith('fpnet_core')]
     while left:
@@ -252,7 +252,7 @@ def lookups(ran: Iterable[tuple[str, CodeType]]) -> frozenset[Name]:
 
 
 def nested(code: CodeType) -> Iterator[CodeType]:
-    """Yield a code object and those inside of it."""
+    """Yield a code object and its nested code objects."""
     yield code
     for inner in code.co_consts:
         if isinstance(inner, CodeType):
@@ -262,7 +262,7 @@ def nested(code: CodeType) -> Iterator[CodeType]:
 def answer_all(
     factors: dict[Varied, float], timed: list[Timed], config: FpnetConfig, sender: Connection
 ) -> None:
-    """Answer cases with constants changed; send a line for each: how it differs, or nothing."""
+    """Evaluate cases with changed constants; send each one's difference or an empty string."""
     resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY_BYTES, _MEMORY_BYTES))
     forget()
     change(factors)
@@ -275,10 +275,10 @@ def answer_all(
         sender.send(line)
 
 
-def _heard(receiver: Connection, timed: Timed) -> str:
-    """Return what is sent of a case, or that nothing was."""
+def _received(receiver: Connection, timed: Timed) -> str:
+    """Return the received line of a case, or a line about a timeout or crash."""
     if not receiver.poll(max(_PATIENCE[0] * timed.seconds, _PATIENCE[1])):
-        return f'{timed.case.name}: takes far longer'
+        return f'{timed.case.name}: takes much longer'
     try:
         return str(receiver.recv())
     except EOFError:
@@ -286,7 +286,7 @@ def _heard(receiver: Connection, timed: Timed) -> str:
 
 
 def change(factors: dict[Varied, float]) -> None:
-    """Give constants of this process other values, and compile what has read them anew."""
+    """Change constants in this process, and recompile the kernels that read them."""
     for each, by in factors.items():
         value = scaled(getattr(sys.modules[each.module], each.name), by)
         for module, name in each.homes:
@@ -306,7 +306,7 @@ def change(factors: dict[Varied, float]) -> None:
 
 
 def forget() -> None:
-    """Empty what functions of the core keep of earlier calls."""
+    """Clear the caches of the core's functions."""
     for _, module in _modules():
         for value in vars(module).values():
             if hasattr(value, 'cache_clear'):
@@ -318,7 +318,7 @@ def _modules() -> list[tuple[str, Any]]:
 
 
 def scaled(value: Any, by: float) -> Any:
-    """Return a number, or each of several, times ``by``; whole ones move by one at least."""
+    """Return a number, or each of several, times ``by``; integers change by at least one."""
     if isinstance(value, bool | str) or value is None:
         return value
     if isinstance(value, int):

@@ -2,29 +2,28 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How a lidar is localised that a person carries, with and without a gyroscope.
+Localization of a lidar carried by a person, with and without a gyroscope.
 
 Run: python benchmarks/walks.py ../shared/data/radish [--drives 20] [--seed 9500] [--workers 1]
      [--json OUT]; then fpnet bench figures walks=OUT
 
-Walks through generated buildings on exact plans: 1.5 m/s, turns of about 150 degrees a second at
-the 95th percentile, 280 at the 99th and 430 at most (``fpnet simulate recording --pace walk``), by
-lidars of 32 and 16 beams, a dome and a planar scanner in turn. Odometry is
+Walks through generated buildings on exact plans: 1.5 m/s, turn rates of about 150 degrees per
+second at the 95th percentile, 280 at the 99th and 430 at most (``fpnet simulate recording --pace
+walk``), with 32 and 16-beam lidars, a dome lidar and a planar scanner in turn. Odometry is
 
 gyro
-    KISS-ICP as the odometry node runs it, with the gyroscope of an IMU in the lidar;
+    KISS-ICP as in the odometry node, with the gyroscope of an IMU in the lidar;
 scans
     the same without one;
 kiss_icp
-    the ``KissICP`` of its package with the same range and voxels, and the times of points, for
-    comparison: its poses are not localised on.
+    the upstream package's ``KissICP`` with the same range, voxels and point times, for comparison
+    only: its poses are not used for localization.
 
-A walk is localised where its last pose is right, within 1 m and 10 degrees; a pose is wrong by
-more than 3 m or 30 degrees. ``second_m`` and ``second_deg`` are how far odometry is off after a
-second, in the median over the walk; ``path`` is the length of its path over the true one's, and
-``register_ms`` the time of a core that a sweep takes. Of the folder's real laser log of
-Freiburg-079, a robot on wheels, odometry gets the scans alone (4 a second, without times), and the
-poses of the log are the truth.
+A walk is localized if its last pose is right, within 1 m and 10 degrees; a pose is wrong above 3 m
+or 30 degrees. ``second_m`` and ``second_deg`` are the median odometry errors over 1 s of the walk;
+``path`` is the ratio of estimated to true path length, and ``register_ms`` the CPU time per sweep.
+From the folder's real laser log of Freiburg-079, a wheeled robot, odometry only gets the scans
+(4 per second, without point times); the poses of the log are the ground truth.
 """
 
 from collections.abc import Callable, Iterator
@@ -66,7 +65,7 @@ LOG = 'freiburg-079'
 
 
 def with_gyro(recording: Recording, scans: list[Scan]) -> Iterator[Scan]:
-    """Yield the scans with the orientation that a gyroscope tells."""
+    """Yield the scans with the orientation from a gyroscope."""
     track = GyroTrack()
     for stamp_ns, rate in zip(*recording.gyro_rates(), strict=True):
         track.add(int(stamp_ns), rate)
@@ -75,7 +74,7 @@ def with_gyro(recording: Recording, scans: list[Scan]) -> Iterator[Scan]:
 
 
 def registered(scans: Iterator[Scan], config: FpnetConfig) -> Iterator[tuple[Scan, float]]:
-    """Yield the scans where our odometry puts them, and the time of a core that each took [s]."""
+    """Yield the scans with poses of our odometry, and the CPU time of each [s]."""
     odometry = KissOdometry(config.odometry)
     for scan in scans:
         began_s = time.process_time()
@@ -85,7 +84,7 @@ def registered(scans: Iterator[Scan], config: FpnetConfig) -> Iterator[tuple[Sca
 
 
 def by_upstream(scans: list[Scan], config: FpnetConfig) -> Iterator[tuple[Scan, float]]:
-    """Yield the same by the package's own class."""
+    """Yield the scans with poses of the upstream class, and the CPU time of each [s]."""
     own = config.odometry
     data = {'max_range': own.max_range, 'min_range': own.min_range, 'deskew': True}
     is_planar = not np.ptp(scans[0].points[:, 2])
@@ -100,7 +99,7 @@ def by_upstream(scans: list[Scan], config: FpnetConfig) -> Iterator[tuple[Scan, 
 
 
 def odometry_figures(placed: list[tuple[Scan, float]], truth: np.ndarray) -> dict[str, float]:
-    """Return how far poses are off after a second, how long their path is, and their price."""
+    """Return the pose errors over 1 s, the path length ratio, and the CPU time."""
     poses = np.array([scan.T_odom_sensor for scan, _ in placed])
     by_poses, true = (np.linalg.inv(each[:-SECOND]) @ each[SECOND:] for each in (poses, truth))
     off = np.linalg.inv(true) @ by_poses
@@ -118,7 +117,7 @@ def odometry_figures(placed: list[tuple[Scan, float]], truth: np.ndarray) -> dic
 def localised(
     recording: Recording, placed: list[tuple[Scan, float]], config: FpnetConfig
 ) -> dict[str, Any]:
-    """Return what the localizer makes of scans with poses."""
+    """Return the localizer's results for scans with odometry poses."""
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
     scans = [scan for scan, _ in placed]
@@ -137,7 +136,7 @@ def localised(
 
 
 def walk(number: int, seed: int, config: FpnetConfig) -> dict[str, Any]:
-    """Return the figures of one walk by each odometry."""
+    """Return the results of one walk with each odometry."""
     family, sensor = FAMILIES[number % len(FAMILIES)], SENSORS[number % len(SENSORS)]
     recording = drive_through(family, sensor, seed + number, rooms=ROOMS, limits=TOUR)
     scans, truth = list(recording), recording.truth()
@@ -158,7 +157,7 @@ def walk(number: int, seed: int, config: FpnetConfig) -> dict[str, Any]:
 
 
 def real_log(folder: Path, config: FpnetConfig) -> dict[str, Any]:
-    """Return how odometry by the scans of a real log alone compares with the log's poses."""
+    """Return errors of scan-only odometry on a real log, relative to the log's poses."""
     scans = list(open_scans(read_fitted_truth(folder, LOG).log))
     truth = np.array([scan.T_odom_sensor for scan in scans])
     bare = [replace(scan, T_odom_sensor=None) for scan in scans]
@@ -169,7 +168,7 @@ def real_log(folder: Path, config: FpnetConfig) -> dict[str, Any]:
 
 
 def sums(walks: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what all walks by one odometry come to: sums of counts, medians of the others."""
+    """Return the totals of all walks with one odometry: sums of counts, medians otherwise."""
     total: dict[str, Any] = {'walks': len(walks)}
     for name in walks[0]:
         values = [each[name] for each in walks if each[name] is not None]
@@ -181,7 +180,7 @@ def sums(walks: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Print one line per walk and odometry, and the sums."""
+    """Print one line per walk and odometry, and the totals."""
     parser = drives_parser(__doc__, drives=20, seed=9500)
     parser.add_argument('folder', type=Path, help='the radish data folder')
     parser.add_argument('--workers', type=int, default=1)

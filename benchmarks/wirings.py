@@ -2,15 +2,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Drive robots that are wired differently, each with the nodes that the launch file would start.
+Live test of robots with different sensors and wiring, with the nodes of the launch file.
 
 Run: python benchmarks/wirings.py [--short] [--robot NAME ...] [--json OUT]
 
-Every robot is simulated and recorded as a bag, which is localised offline and then played, in
-simulated time, to live nodes over DDS with the parameters of ``fpnet_ros.wiring``. For each it
-prints when the first pose came, errors against the truth, whether every frame of TF has one parent
-and the chain from ``map`` to the base is the pose that was published, and how many scans were
-lost. Exits 1 where a robot misses a limit. With ``--short`` three robots' drives are shorter.
+Every robot is simulated and recorded as a bag. The bag is localized offline, and then played in
+simulated time to live nodes over DDS with the parameters of ``fpnet_ros.wiring``. For each robot
+it prints the time of the first pose, errors relative to ground truth, whether every TF frame has
+one parent and the chain from ``map`` to the base equals the published pose, and the number of lost
+scans. Exits 1 if a robot misses a limit. ``--short`` uses three robots and shorter recordings.
 """
 
 from __future__ import annotations
@@ -67,15 +67,15 @@ from msg_adapters.transforms import transform_from_msg, transform_to_msg
 READY_S, STALLED_S, DRAIN_S, MOST_AHEAD = 600.0, 60.0, 4.0, 5
 DRIVE_S, SHORT_DRIVE_S = 45.0, 20.0
 
-# The limits: of the first pose, of the median errors, of TF against the pose that was published.
-SHORT_NS = 10_000_000  # of a velocity that is true
+# Limits of the first pose, of the median errors, and of TF relative to the published pose.
+SHORT_NS = 10_000_000  # interval for the true velocity
 MOST_FIRST_S, MOST_ERROR_M, MOST_ERROR_DEG, MOST_TF_M = 30.0, 0.3, 2.0, 0.15
 MOST_SPEED_MPS, MOST_TURN_RADPS = 0.3, 0.15
 
 
 @dataclass(frozen=True, eq=False)
 class Wiring:
-    """A robot, and what its user types to launch the nodes."""
+    """A robot, and the launch arguments of its nodes."""
 
     name: str
     robot: Robot
@@ -148,7 +148,7 @@ SHORT = ('own_odometry', 'scanners_and_wheels', 'pair')
 
 @dataclass
 class Result:
-    """What became of a robot."""
+    """Results of one robot."""
 
     robot: str
     sweeps: int
@@ -164,7 +164,7 @@ class Result:
 
     @property
     def scores(self) -> tuple[Score, ...]:
-        """What was measured, beside its limits."""
+        """Measured values with their limits."""
         is_ours = self.twist_error is not None
         speed_mps, turn_radps = self.twist_error or (None, None)
         return (
@@ -179,7 +179,7 @@ class Result:
 
     @property
     def faults(self) -> list[str]:
-        """What is beyond the limits, in words."""
+        """Descriptions of the exceeded limits."""
         faults = [f'{score.name} {score}' for score in self.scores if not score.is_met]
         faults += [f'{name} {count:.0f}' for name, count in self.lost.items() if count]
         return faults + [
@@ -190,7 +190,7 @@ class Result:
 
 
 class RobotListener:
-    """One robot's outputs, heard as any other node would hear them."""
+    """Subscriber to the outputs of one robot."""
 
     def __init__(self, node: Any, wiring: Wiring, drive: Drive) -> None:
         self.wiring, self._drive, robot = wiring, drive, drive.robot
@@ -221,12 +221,12 @@ class RobotListener:
 
     @property
     def is_ready(self) -> bool:
-        """Whether the localizer has its floorplan, and is compiled and subscribed."""
+        """Whether the localizer has its floorplan, compiled kernels and subscriptions."""
         reports = map(report_from_msg, self.statuses)
         return any(report.status is not Status.NO_PLAN for report in reports)
 
     def result(self, sweeps: int) -> Result:
-        """Return what became of the robot."""
+        """Return the results of the robot."""
         result = Result(self.wiring.name, sweeps, poses=len(self.poses))
         result.parents = {child: sorted(parents) for child, parents in self.parents.items()}
         for name, values in self.values.items():
@@ -246,7 +246,7 @@ class RobotListener:
         return result
 
     def _tf_error_m(self) -> float:
-        """Return how far the chain of TF ends from the published poses, at the median [m]."""
+        """Return the median distance between the TF chain and the published poses [m]."""
         gaps = []
         for msg in self.twins:
             pose = uncertain_pose_from_msg(msg).pose
@@ -256,7 +256,7 @@ class RobotListener:
         return float(np.median(gaps)) if gaps else np.inf
 
     def _twist_error(self) -> tuple[float, float] | None:
-        """Return how far velocities of our odometry are off: RMS [m/s], [rad/s]."""
+        """Return the RMS errors of our odometry's velocities [m/s], [rad/s], None if unknown."""
         known = [msg for msg in self.odometry if msg.twist.covariance[0] >= 0.0]
         if not known:
             return None
@@ -288,7 +288,7 @@ class RobotListener:
 
 
 class Session:
-    """Robots of one session, their nodes and the player, in a domain of their own."""
+    """Robots of one session with their nodes and the player, in a separate ROS domain."""
 
     def __init__(self, wirings: tuple[Wiring, ...], folder: Path, seconds: float) -> None:
         self._wirings, self._folder = wirings, folder
@@ -299,7 +299,7 @@ class Session:
             write_map(drive.recording.floorplan, folder / f'plan_{number}.yaml')
 
     def play(self) -> list[Result]:
-        """Start all nodes, play the bag to them, and return what became of each robot."""
+        """Start all nodes, play the bag to them, and return the results of each robot."""
         environment = private_environment(free_domain_id())
         os.environ.update(environment)
         with ProcessGroup(self._folder / 'log', environment) as group:
@@ -364,7 +364,7 @@ class Session:
             topics = [topic for topic in bag.topics if not topic.endswith('tf_static')]
         is_ours = len(self._wirings) == 1 and self._wirings[0].arguments.get('odometry') != 'robot'
         parameters = {
-            # A machine that is too slow for KISS-ICP plays slower; planar scans are cheap.
+            # Play slower on a machine too slow for KISS-ICP; planar scans are cheap.
             'max_ahead': MOST_AHEAD if is_ours else 0,
             'bag': str(self._folder / 'bag'),
             'topics': topics,
@@ -376,7 +376,7 @@ class Session:
         return [*node_command('replay'), *ros_arguments(parameters, remappings)]
 
     def offline_error_m(self, number: int) -> float:
-        """Localise the bag without ROS; returns the median error [m], infinite without a pose."""
+        """Localize the bag offline; return the median error [m], infinite without a pose."""
         wiring, drive = self._wirings[number], self._drives[number]
         config, options = FpnetConfig(), ReadOptions()
         plan = read_plan(self._folder / f'plan_{number}.yaml', options)
@@ -393,7 +393,7 @@ class Session:
 
 
 def run(names: list[str], seconds: float) -> Iterator[Result]:
-    """Yield what became of each robot, sessions one after another."""
+    """Yield the results of each robot, one session after another."""
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             session = Session(SESSIONS[name], Path(folder), seconds)
@@ -403,14 +403,14 @@ def run(names: list[str], seconds: float) -> Iterator[Result]:
 
 
 def row(result: Result) -> tuple[Score, ...]:
-    """Return the scores of a robot, and what is beyond the limits."""
+    """Return the scores of a robot, and its exceeded limits."""
     lost = f'{sum(result.lost.values()):.0f} of {result.sweeps}'
     posterior = Score('', '; '.join(result.faults) or 'passes')
     return Score('robot', result.robot), *result.scores, Score('scans lost', lost), posterior
 
 
 def main() -> int:
-    """Print a Markdown table with one row per robot; returns the exit status."""
+    """Print a Markdown table with one row per robot; return the exit status."""
     parser = script_parser(__doc__)
     parser.add_argument('--short', action='store_true')
     parser.add_argument('--robot', action='append', choices=sorted(SESSIONS))

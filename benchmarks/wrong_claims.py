@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How wrong are the wrong claims of ``fpnet bench matching --set robot``?
+Errors of the wrong acceptances of ``fpnet bench matching --set robot``.
 
 Run: python benchmarks/wrong_claims.py ../shared/data [--split report] [--building lab_intel]
      [--band 10-20]
 
-Prints a line per claim that is not within 5 degrees, 10 % of scale and 3 % of the plan's diagonal
-of the fitted transform: by how much it is off, over the median of the robot's free space in the
-plan's nominal metres, in heading and in scale.
+Prints a line per acceptance that is not within 5 degrees, 10 % of scale and 3 % of the plan's
+diagonal of the fitted transform: its position error (median over the robot's free space, in the
+plan's nominal metres), heading error and scale error.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from fpnet_lab.metrics.placement import RIGHT_DEG, RIGHT_DIAGONALS, RIGHT_SCALE
 
 
 def errors(found, pair):
-    """Median and middle's distance [nominal m], heading [deg], and ratio of scales."""
+    """Return median and centre distance [nominal m], heading error [deg], and scale ratio."""
     truth = pair.A_plan_robot
     xy = pair.robot.rc_to_xy(np.argwhere(pair.robot.cells == FREE))
     placed, true = found.apply(xy), truth.apply(xy)
@@ -38,7 +38,7 @@ def errors(found, pair):
 
 
 def main() -> None:
-    """Match all cases, and print the claims that are wrong."""
+    """Match all cases, and print the wrong acceptances."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('data', type=Path)
     parser.add_argument('--split', default='report', choices=('tune', 'report'))
@@ -65,10 +65,10 @@ def main() -> None:
         if middle > limit or turn > RIGHT_DEG or abs(scale - 1.0) > RIGHT_SCALE:
             wrong += 1
             print(
-                f'{pair.name}, {case.band}: off by {moved:.2f} m (middle {middle:.2f} of '
+                f'{pair.name}, {case.band}: off by {moved:.2f} m (centre {middle:.2f}, limit '
                 f'{limit:.2f} m), {turn:.1f} deg, scale {scale:.3f}'
             )
-    print(f'{wrong} of {claims} claims are wrong')
+    print(f'{wrong} of {claims} acceptances are wrong')
 
 
 if __name__ == '__main__':

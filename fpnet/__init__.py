@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What people run at a desk: the Python interface, the ``fpnet`` command, reports and pictures.
+Offline tools: the Python interface, the ``fpnet`` command, reports and plots.
 
-The names below are the interface (``docs/python.md``); they are loaded when they are first used,
-so that importing the package costs nothing. A robot never imports it.
+The names below are the public interface (``docs/python.md``). They are loaded on first use, so
+that ``import fpnet`` is fast. The localizer on a robot does not import this package.
 """
 
 from importlib import import_module
@@ -72,7 +72,7 @@ _MODULE_OF = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a name of the interface."""
+    """Load a public name on first access."""
     if name == '__version__':
         from importlib.metadata import version
 
@@ -83,5 +83,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the interface beside what is loaded."""
+    """Return the loaded names and the public interface."""
     return sorted({*globals(), *__all__})

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What one localization run was worth: when, how far, how right, and how honest of it."""
+"""Metrics of a localization run: time to the first pose, errors, covariance consistency."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WRONG_POSITION_M = 3.0
 WRONG_YAW_RAD = np.deg2rad(30.0)
 
 GATE_95 = 7.815
-"""Given: 95 % of a chi-squared variable of three degrees of freedom stay below."""
+"""Given: 95 % quantile of the chi-squared distribution with three degrees of freedom."""
 
 Array = NDArray[np.float64]
 
@@ -28,12 +28,12 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class RunSummary:
     """
-    The figures of one run; None where there was no pose, or no truth to compare with.
+    Metrics of one run; None without a published pose or without ground truth.
 
     Errors are in true metres and degrees; a pose is wrong beyond 3 m or 30 degrees.
-    ``nees_mean`` and ``inside_95`` are of :func:`normalised_errors`: their mean, 3 where the
-    covariances hold, and the share within :data:`GATE_95`. The ``sigma`` are what the covariances
-    say, in the median, of the distance to the truth and of yaw.
+    ``nees_mean`` is the mean of :func:`normalised_errors`, 3 for consistent covariances, and
+    ``inside_95`` their share within :data:`GATE_95`. The ``sigma`` are medians of the published
+    standard deviations of position and yaw.
     """
 
     localized: bool
@@ -51,7 +51,7 @@ class RunSummary:
     inside_95: float | None = None
 
     def __str__(self) -> str:
-        """Say the essentials in one line."""
+        """Return the main metrics in one line."""
         if not self.localized:
             return 'no pose was published'
         text = (
@@ -66,16 +66,16 @@ class RunSummary:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values, floats rounded to 4 digits."""
+        """Return a JSON-serializable mapping, floats rounded to 4 digits."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {k: round(v, 4) if isinstance(v, float) else v for k, v in values.items()}
 
 
 def pose_errors(estimate: PlanarTrajectory, truth: PlanarTrajectory) -> tuple[Array, Array]:
     """
-    Position [m] and yaw [rad] errors ``(K,)`` of the poses that have a truth near in time.
+    Return position [m] and yaw [rad] errors ``(K,)`` of poses with ground truth near in time.
 
-    Both trajectories are in the same metric frame. No pose or no truth gives empty arrays.
+    Both trajectories are in the same metric frame. Without poses or truth the arrays are empty.
     """
     if len(estimate) == 0 or len(truth) < 2:
         return np.zeros(0), np.zeros(0)
@@ -91,16 +91,16 @@ def normalised_errors(
     A_plan_truth: Affine2D,
 ) -> Array:
     """
-    Return the squared errors over their covariances ``(K,)``, of three degrees of freedom.
+    Return the normalised estimation errors squared ``(K,)``, three degrees of freedom.
 
-    Of the poses that have a truth near in time and are not wrong: those are counted apart, and
-    :attr:`LocalizerOutput.probability` speaks of them.
+    Only poses with ground truth near in time that are not wrong are included: wrong poses are
+    counted separately, and :attr:`LocalizerOutput.probability` covers them.
 
     Parameters
     ----------
     published, covariances : poses and ``(S, 3, 3)`` of x, y [m] and yaw [rad], plan frame
-    truth : true poses in a truly metric frame
-    A_plan_truth : maps that frame to the plan's nominal metres
+    truth : ground-truth poses in a frame of true metres
+    A_plan_truth : transform from that frame to the plan's nominal metres
     """
     if len(published) == 0 or len(truth) < 2:
         return np.zeros(0)
@@ -122,16 +122,16 @@ def summarize_run(
     covariances: Array | None = None,
 ) -> RunSummary:
     """
-    Reduce a run to its figures.
+    Return the metrics of a run.
 
     Parameters
     ----------
-    published : every pose given out, plan frame, nominal metres
-    odometry : the robot's path [m], for time and path to the first pose
-    tick_ms : (T,) durations of the ticks that had a submap to work on
-    truth : true poses in a truly metric frame; None where there is no truth
-    A_plan_truth : maps that frame to the plan's nominal metres; None for the identity
-    covariances : (S, 3, 3) of the published poses; None where nothing says how sure they are
+    published : all published poses, plan frame, nominal metres
+    odometry : odometry path [m], for time and path length to the first pose
+    tick_ms : (T,) durations of the updates that had a submap
+    truth : ground-truth poses in a frame of true metres; None if unknown
+    A_plan_truth : transform from that frame to the plan's nominal metres; None for the identity
+    covariances : (S, 3, 3) of the published poses; None if unknown
     """
     first_ns = int(published.stamps_ns[0]) if len(published) else None
     wrong: int | None = None
@@ -162,7 +162,7 @@ def summarize_run(
 
 
 def _sigmas(covariances: Array | None) -> dict[str, float | None]:
-    """Return the median standard deviations that covariances ``(S, 3, 3)`` state."""
+    """Return the median standard deviations of covariances ``(S, 3, 3)``."""
     cov = np.zeros((0, 3, 3)) if covariances is None else covariances
     return {
         'sigma_position_m_median': quantile(np.sqrt(cov[:, 0, 0] + cov[:, 1, 1]), 0.5),
@@ -171,5 +171,5 @@ def _sigmas(covariances: Array | None) -> dict[str, float | None]:
 
 
 def quantile(values: Array | Sequence[float], q: float) -> float | None:
-    """Return the quantile ``q`` in [0, 1] of values (N,), None of nothing."""
+    """Return the quantile ``q`` in [0, 1] of values (N,), None without values."""
     return float(np.quantile(values, q)) if len(values) else None

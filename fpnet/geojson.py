@@ -15,9 +15,9 @@ _DIGITS = 3  # numerical: millimetres
 
 def as_geojson(found: Differences) -> dict[str, Any]:
     """
-    Return a feature collection: each piece a line with kind, confidence and length.
+    Return a feature collection: one line per difference with kind, confidence and length.
 
-    GeoJSON means longitudes and latitudes where nobody says otherwise; ``frame`` and ``units`` do.
+    GeoJSON defaults to longitude and latitude; ``frame`` and ``units`` state the actual ones.
     """
     return {
         'type': 'FeatureCollection',
@@ -28,7 +28,7 @@ def as_geojson(found: Differences) -> dict[str, Any]:
 
 
 def write_geojson(path: Path, found: Differences) -> None:
-    """Write differences as GeoJSON to a file in a folder that is made."""
+    """Write differences as GeoJSON; the parent folder is created."""
     path.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(as_geojson(found), indent=2, allow_nan=False)
     path.write_text(text + '\n', encoding='utf-8')

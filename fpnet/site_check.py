@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which storeys of a site look alike, and where: each is placed on all of them as a robot's map.
+Similarity of a site's storeys: each storey is matched as a robot map against all storeys.
 
-The judge that weighs a robot's map says whether a storey that was seen as a whole can be told
-from another one; the walls say how much they have in common, and in which rooms they differ.
+The placement scorer estimates whether a fully mapped storey can be confused with another one. An
+overlay of both plans yields the share of common walls and the rooms that differ.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 
 _SAME_M = 0.3
-"""Physical: walls of two storeys that stand on each other are drawn so near to each other."""
+"""Physical: drawings of two storeys place the same wall within this distance [m]."""
 
 _ROOM_SAME = 0.9
-"""Chosen: a room is the same where so much of its walls stands on the other storey, too."""
+"""Chosen: a room is the same if this share of its walls also exists on the other storey."""
 
-_WORTH_SAYING = 0.6
-"""Chosen: storeys with a smaller share of common walls are not alike."""
+_MIN_COMMON = 0.6
+"""Chosen: storeys with a smaller share of common walls are not reported."""
 
 
 @dataclass(frozen=True)
 class LikeStorey:
     """
-    How a storey looks like another one.
+    A storey that looks like another one.
 
-    ``common`` is the share of its walls that stand on the other one, too; ``confusion`` the
-    probability of being taken for it by who has seen all of it; ``rooms`` are the numbers of its
-    rooms that tell them apart.
+    ``common`` is the share of its walls that also exist on ``other``; ``confusion`` the
+    probability that a complete map of it is placed on ``other``; ``rooms`` are the numbers of its
+    rooms that differ.
     """
 
     storey: str
@@ -59,19 +59,19 @@ class LikeStorey:
     rooms: tuple[int, ...]
 
     def said(self, accept_probability: float) -> str:
-        """Return it as a sentence."""
-        share = f'{round(100 * self.common)} % of the walls of {self.storey} are those of'
+        """Return a one-line description."""
+        share = f'{round(100 * self.common)} % of the walls of {self.storey} also exist on'
         if self.confusion >= 1.0 - accept_probability:
-            return f'{share} {self.other}: nobody can tell them apart by their walls'
+            return f'{share} {self.other}: walls alone cannot distinguish them'
         if not self.rooms:
-            return f'{share} {self.other}; no room as a whole tells them apart'
+            return f'{share} {self.other}; no single room differs'
         named = ', '.join(map(str, self.rooms))
         return f'{share} {self.other}; they differ in rooms {named}'
 
 
 @dataclass(frozen=True, eq=False)
 class SiteCheck:
-    """A site, its rooms, and which of its storeys look alike, the most alike first."""
+    """Rooms and areas [m^2] of a site's storeys, and similar pairs, most similar first."""
 
     site: Site
     rooms: dict[str, int]
@@ -80,7 +80,7 @@ class SiteCheck:
     accept_probability: float
 
     def lines(self) -> list[str]:
-        """Return what is to be said, a line each."""
+        """Return the report, one line per item."""
         site = self.site
         said = [self._storey(storey) for storey in site.storeys]
         for link in site.links:
@@ -100,7 +100,7 @@ class SiteCheck:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
+        """Return a JSON-serializable mapping."""
         return {
             'site': self.site.name,
             'storeys': [
@@ -142,7 +142,7 @@ def check_site(
     advance: Callable[[float], None],
 ) -> SiteCheck:
     """
-    Place every storey on all others and tell which look alike; ``advance`` counts storeys.
+    Match each storey against all others; ``advance(1)`` is called after each one.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def _like(
     global_localizer: GlobalLocalizer,
     config: FpnetConfig,
 ) -> list[LikeStorey]:
-    """Return the storeys that one looks like."""
+    """Return the storeys that the storey ``name`` looks like."""
     cut = plans[name]
     seen = submap_from_grid(_as_seen(cut))
     sub = segment_robot_map(seen, config, cut.is_stated)
@@ -184,13 +184,13 @@ def _like(
         if other == name or not match.candidates.estimates:
             continue
         common, rooms = _compared(match)
-        if common >= _WORTH_SAYING:
+        if common >= _MIN_COMMON:
             like.append(LikeStorey(name, other, common, match.probability, rooms))
     return like
 
 
 def _as_seen(cut: SegmentedMap) -> GridMap:
-    """Return a storey as a robot would have mapped all of it: its rooms with their walls."""
+    """Return a storey as a complete robot map: its rooms with their walls."""
     segmentation = cut.segmentation
     grid, inside = segmentation.grid, segmentation.labels > 0
     near = grown(inside, max(1, round(_SAME_M / grid.resolution)))
@@ -200,7 +200,7 @@ def _as_seen(cut: SegmentedMap) -> GridMap:
 
 
 def _doorways(cut: SegmentedMap) -> NDArray[np.bool_]:
-    """Return free cells that are no room but between rooms."""
+    """Return the mask of narrow gaps between rooms that belong to no room."""
     inside = cut.segmentation.labels > 0
     reach = max(1, round(_SAME_M / cut.segmentation.grid.resolution))
     closed = ~grown(~grown(inside, reach), reach)
@@ -208,7 +208,7 @@ def _doorways(cut: SegmentedMap) -> NDArray[np.bool_]:
 
 
 def _compared(match: MapMatch) -> tuple[float, tuple[int, ...]]:
-    """Return the share of common walls, and the rooms of the laid storey that differ."""
+    """Return the share of common walls, and the rooms of the matched storey that differ."""
     A_other_here = match.candidates.estimates[0].A_plan_submap
     laid = overlay(match.sub, match.plan, A_other_here.inv())
     is_common = laid.seen_m <= _SAME_M

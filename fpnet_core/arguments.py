@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of the Python interface, held to the types that its signatures name."""
+"""Runtime checks of arguments of the Python interface against their annotated types."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from fpnet_core.errors import FpnetError, said_of_system
 Given = ParamSpec('Given')
 Returned = TypeVar('Returned')
 
-_NUMBERS = {int: numbers.Integral, float: numbers.Real}  # NumPy's are some of these, too
+_NUMBERS = {int: numbers.Integral, float: numbers.Real}  # includes NumPy's scalars
 
 
 def checked(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
     """
-    Have a function raise FpnetError where an argument cannot be used, and nothing else for it.
+    Wrap a function so that an unusable argument raises FpnetError.
 
-    That is where it is not of the type that the signature names, lists going for tuples of their
-    length, and where the system refuses a file. Too few arguments, and such as there are none of,
-    stay Python's own TypeError.
+    An argument is unusable if it does not have the annotated type (lists pass for tuples of the
+    same length) or if the operating system cannot open the file. Missing and unknown arguments
+    still raise Python's TypeError.
 
     Raises
     ------
     FpnetError
-        By the function that is returned; the message names the argument or the file.
+        Raised by the returned function; the message names the argument or the file.
     """
     signature = inspect.signature(function)
-    # What is returned may be imported for type checkers only.
+    # The return type is skipped: it may be imported for type checkers only.
     annotated = {name: each.annotation for name, each in signature.parameters.items()}
     kinds = get_type_hints(SimpleNamespace(__annotations__=annotated), function.__globals__)
 
@@ -43,7 +43,7 @@ def checked(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             if not _is_a(value, kinds[name]):
                 raise FpnetError(
-                    f'{function.__name__}: {name}: expected {_worded(kinds[name])}, '
+                    f'{function.__name__}: {name}: expected {_type_name(kinds[name])}, '
                     f'got {reprlib.repr(value)}'
                 )
         try:
@@ -55,7 +55,7 @@ def checked(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
 
 
 def _is_a(value: Any, kind: Any) -> bool:
-    """Tell whether a value is of a type, as far as signatures of the interface have types."""
+    """Return whether a value has a type; supports the types used in the interface."""
     parts = get_args(kind)
     if get_origin(kind) in (Union, UnionType):
         return any(_is_a(value, part) for part in parts)
@@ -69,7 +69,7 @@ def _is_a(value: Any, kind: Any) -> bool:
 
 
 def _is_filled(value: Any, container: Any, parts: tuple[Any, ...]) -> bool:
-    """Tell whether a value is a container, and what is in it of the types that it should be."""
+    """Return whether a value is a container whose items have the expected types."""
     if container is dict:
         return isinstance(value, dict) and all(_is_a(key, parts[0]) for key in value)
     if isinstance(value, str | bytes) or not isinstance(value, Sequence):
@@ -78,15 +78,15 @@ def _is_filled(value: Any, container: Any, parts: tuple[Any, ...]) -> bool:
     return len(value) == len(kinds) and all(map(_is_a, value, kinds))
 
 
-def _worded(kind: Any) -> str:
-    """Return what a type is called in a message."""
+def _type_name(kind: Any) -> str:
+    """Return the name of a type for messages."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
-        return ' or '.join(map(_worded, parts))
+        return ' or '.join(map(_type_name, parts))
     if origin is Literal:
         return ', '.join(parts)
     if origin is tuple:
-        return f'({", ".join(map(_worded, parts))})'
+        return f'({", ".join(map(_type_name, parts))})'
     if origin is Sequence:
-        return f'several {_worded(*parts)}'
+        return f'several {_type_name(*parts)}'
     return 'None' if kind is NoneType else kind.__name__

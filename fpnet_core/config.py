@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-One configuration tree for core, command line and nodes.
+Configuration tree of the core, the command line and the nodes.
 
-Every field carries its unit in its name, a range and a one-line description: the same text
-becomes the ROS parameter's descriptor and the parameter reference. ``config/fpnet.yaml`` is
-written as a ROS parameter file; :func:`load_config` unwraps ``ros__parameters``, so a node and
-the command line read the same file.
+Each field has its unit in its name, a range and a one-line description, which is also the
+descriptor of the ROS parameter and the text of the parameter reference. ``config/fpnet.yaml`` is
+a ROS parameter file; :func:`load_config` unwraps ``ros__parameters``, so a node and the command
+line read the same file.
 """
 
 from __future__ import annotations
@@ -24,53 +24,53 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.plain_yaml import read_yaml
 
 ScalePolicy = Literal['unknown', 'approximate', 'trusted']
-"""What is known of the size of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
+"""Prior on the scale of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
 
 ScanStamp = Literal['auto', 'start', 'middle', 'end']
-"""What of a sweep a cloud's stamp is of; see :mod:`fpnet_core.io.sweep_stamps`."""
+"""Time within a sweep that a cloud's stamp refers to; see :mod:`fpnet_core.io.sweep_stamps`."""
 
 OdometryChoice = Literal['kiss', 'robot', 'both']
 """
-Who says how the robot moved: KISS-ICP, its own odometry, or KISS-ICP with that as first guess.
+Source of odometry: KISS-ICP, the robot, or KISS-ICP with the robot's as initial guess.
 """
 
 
 class Section(BaseModel):
-    """Base of every section: frozen, and unknown keys are errors."""
+    """Base of every section: frozen; unknown keys are errors."""
 
     model_config = ConfigDict(extra='forbid', frozen=True)
 
 
 class SubmapConfig(Section):
-    """How registered scans become a raster (see :mod:`fpnet_core.submaps`)."""
+    """Submap raster built from registered scans (see :mod:`fpnet_core.submaps`)."""
 
-    resolution_m: float = Field(0.05, ge=0.02, le=0.2, description='Cell edge of the submap.')
-    min_range_m: float = Field(0.3, ge=0.0, description='Returns nearer than this are dropped.')
-    max_range_m: float = Field(15.0, gt=0.5, description='Rays are used up to this range.')
-    max_rays: int = Field(10000, ge=100, description='Rays carved per scan, evenly chosen.')
+    resolution_m: float = Field(0.05, ge=0.02, le=0.2, description='Cell size of the submap.')
+    min_range_m: float = Field(0.3, ge=0.0, description='Returns closer than this are dropped.')
+    max_range_m: float = Field(15.0, gt=0.5, description='Maximum range of the rays in use.')
+    max_rays: int = Field(10000, ge=100, description='Maximum rays per scan, evenly subsampled.')
     sensor_height_m: float = Field(
-        0.9, gt=0.0, lt=3.0, description='Sensor above the floor, used until a floor is seen.'
+        0.9, gt=0.0, lt=3.0, description='Sensor height above the floor until a floor is detected.'
     )
     body_low_m: float = Field(
-        0.3, ge=0.0, description='Lower limit of body height, above the floor.'
+        0.3, ge=0.0, description='Lower limit of body height above the floor.'
     )
     body_high_m: float = Field(
-        1.8, gt=0.3, description='Upper limit of body height, above the floor.'
+        1.8, gt=0.3, description='Upper limit of body height above the floor.'
     )
 
 
 class SegmentationConfig(Section):
-    """How a raster is cut into rooms and doors (see :mod:`fpnet_core.segmentation`)."""
+    """Segmentation of maps into rooms and doors (see :mod:`fpnet_core.segmentation`)."""
 
     method: Literal['default', 'morphological', 'distance'] = Field(
-        'default', description='How floorplans are cut; submaps are always cut by the default.'
+        'default', description='Segmentation of floorplans; submaps always use the default.'
     )
 
 
 class MatcherConfig(Section):
-    """Which matcher runs and how its threshold is graded (see :mod:`fpnet_core.matching`)."""
+    """Matcher weights and graded match thresholds (see :mod:`fpnet_core.matching`)."""
 
-    weights: str = Field('', description='Checkpoint (.safetensors); empty: the packaged one.')
+    weights: str = Field('', description='Checkpoint (.safetensors); empty: packaged weights.')
     grade_regions: tuple[float, ...] = Field(
         (4.0, 10.0), description='Region counts at which a submap moves up one grade.'
     )
@@ -78,7 +78,7 @@ class MatcherConfig(Section):
         (30.0, 120.0), description='Explored areas at which a submap moves up one grade.'
     )
     grade_thresholds: tuple[float, ...] = Field(
-        (0.15, 0.2, 0.3), description='Least match probability per grade, early submaps first.'
+        (0.15, 0.2, 0.3), description='Minimum match probability per grade, small submaps first.'
     )
 
     @model_validator(mode='after')
@@ -92,119 +92,119 @@ class MatcherConfig(Section):
 
 
 class PoseConfig(Section):
-    """From region pairs to verified transforms (see :mod:`fpnet_core.pose`)."""
+    """Pose hypotheses from region pairs and their verification (see :mod:`fpnet_core.pose`)."""
 
     scale_tolerance: float = Field(
-        0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
+        0.1, ge=0.0, le=0.5, description='Relative error of the plan scale to allow for.'
     )
     anisotropy_sigma: float = Field(
-        0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'
+        0.03, gt=0.0, le=0.2, description='Standard deviation of the plan scale, x against y.'
     )
 
 
 class LocalizerConfig(Section):
-    """Cadence, and what it takes to claim a pose (see :mod:`fpnet_core.localizer`)."""
+    """Update rate and acceptance thresholds (see :mod:`fpnet_core.localizer`)."""
 
-    update_period_s: float = Field(1.0, gt=0.0, description='Time between two rematches.')
+    update_period_s: float = Field(1.0, gt=0.0, description='Time between two updates.')
     min_explored_m2: float = Field(
-        12.0, ge=0.0, description='Observed free area before the first match.'
+        12.0, ge=0.0, description='Observed free area required for the first update.'
     )
     scale_policy: ScalePolicy = Field(
         'approximate',
-        description='Scale of the plan: trusted; approximate, within pose.scale_tolerance unless '
-        'it fits better beyond; or unknown.',
+        description='Prior on the plan scale: trusted; approximate, within pose.scale_tolerance '
+        'unless a scale beyond fits better; or unknown.',
     )
     search_every_updates: int = Field(
-        30, ge=1, description='While surely localized, ticks between searches of the whole plan.'
+        30, ge=1, description='Updates between searches of the whole plan while localized.'
     )
     mirror_check_updates: int = Field(
-        5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
+        5, ge=1, description='Updates between checks of the mirrored plan while not localized.'
     )
     plan_prior: float = Field(
         0.99,
         gt=0.0,
         lt=1.0,
-        description='Probability that a plan given to a robot is of its building, before looking.',
+        description='Prior probability that the given plan is of the building the robot is in.',
     )
     scorer_weights: str = Field(
-        '', description='Trained judge of placements (.safetensors); empty: the packaged one.'
+        '', description='Trained placement scorer (.safetensors); empty: packaged weights.'
     )
-    # A robot can wait: on drives on sheets, claims from 0.95 and 0.97 on were wrong once in a
-    # hundred, and not from here on (benchmarks/sheet_drives.py).
+    # A robot can wait for more evidence: on simulated sheets, poses accepted at 0.95 or 0.97 were
+    # wrong once in a hundred, at 0.99 never (benchmarks/sheet_drives.py).
     accept_probability: float = Field(
-        0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
+        0.99, gt=0.5, lt=1.0, description='Probability at which the best placement is accepted.'
     )
-    # Fitted: on buildings that were left out, claims from 0.95 on were wrong in 0.3 % of the cases
-    # and fell for 0.15 % of the other plans (fpnet train judge, notes/localizer.md).
+    # Fitted: on held-out buildings, 0.3 % of the placements accepted at 0.95 were wrong, and
+    # 0.15 % of the other buildings' plans were accepted (fpnet train scorer, notes/localizer.md).
     match_probability: float = Field(
-        0.95, gt=0.5, lt=1.0, description='The same to call two whole maps matched, in one look.'
+        0.95, gt=0.5, lt=1.0, description='Probability at which two whole maps count as matched.'
     )
     release_probability: float = Field(
-        0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
+        0.6, gt=0.0, lt=1.0, description='Probability below which the pose is withdrawn.'
     )
     confirm_updates: int = Field(
-        2, ge=1, description='Ticks in a row the same placement must win.'
+        2, ge=1, description='Consecutive updates that a placement must win to be accepted.'
     )
     drift_support: float = Field(
         0.1,
         ge=0.0,
         le=1.0,
-        description='The pose follows the walls around the robot where a share larger by this '
-        'fits than where the whole submap puts them; 1: never, for odometry without drift.',
+        description='The pose follows the walls near the robot if this much more of them fits '
+        'than with the placement of the whole submap; 1: never, for odometry without drift.',
     )
-    drift_m_per_m: float = Field(0.05, ge=0.0, description='Position odometry loses [m/m].')
-    drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading odometry loses [deg/m].')
+    drift_m_per_m: float = Field(0.05, ge=0.0, description='Position drift of odometry [m/m].')
+    drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading drift of odometry [deg/m].')
     doubt_probability: float = Field(
         0.8,
         gt=0.0,
         le=1.0,
-        description='A pose is withheld where the newest scans say with more than this '
-        'probability that the robot is elsewhere, as when it was carried off; 1: never.',
+        description='The pose is withheld while the newest scans put the robot elsewhere with '
+        'more than this probability, for example after kidnapping; 1: never.',
     )
     doubt_updates: int = Field(
-        3, ge=1, description='So many such ticks in a row begin a new submap.'
+        3, ge=1, description='Consecutive such updates that start a new submap.'
     )
     max_speed_mps: float = Field(
         10.0,
         gt=0.0,
-        description='Top speed of the robot: faster odometry has broken unless walls say '
-        'otherwise.',
+        description='Maximum speed of the robot; faster motion counts as an odometry reset '
+        'unless walls confirm it.',
     )
     stale_scans_before_restart: int = Field(
-        20, ge=1, description='Scans in a row from the past before the clock is taken as reset.'
+        20, ge=1, description='Consecutive scans with old stamps that count as a clock reset.'
     )
 
 
 class ScansConfig(Section):
-    """What the clouds of a sensor are like (see :mod:`fpnet_core.io.sweep_stamps`)."""
+    """Time stamps of the sensor's clouds (see :mod:`fpnet_core.io.sweep_stamps`)."""
 
     stamp: ScanStamp = Field(
         'auto',
-        description='What of a sweep the stamp of its cloud is of; auto: as the times of its '
-        'points say, else the middle.',
+        description='Time within a sweep that the stamp of its cloud refers to; auto: by the '
+        'times of its points, else the middle.',
     )
 
 
 class OdometryConfig(Section):
-    """KISS-ICP settings, named as in its own ROS node."""
+    """KISS-ICP settings, named as in its ROS node."""
 
-    max_range: float = Field(20.0, gt=1.0, description='Points beyond are dropped [m].')
-    min_range: float = Field(0.5, ge=0.0, description='Points nearer are dropped [m].')
+    max_range: float = Field(20.0, gt=1.0, description='Points farther away are dropped [m].')
+    min_range: float = Field(0.5, ge=0.0, description='Points closer than this are dropped [m].')
     voxel_size: float = Field(
-        0.4, gt=0.0, description='Map voxel [m]; halving it costs four times the CPU.'
+        0.4, gt=0.0, description='Map voxel size [m]; half the size costs four times the CPU.'
     )
     planar_voxel_size: float = Field(
-        0.1, gt=0.0, description='The same for planar scanners, which see few points [m].'
+        0.1, gt=0.0, description='Voxel size for planar scanners, which see few points [m].'
     )
     deskew: bool = Field(
-        True, description='Undo the motion during a sweep by times of points, or by their order.'
+        True, description='Deskew sweeps by the times of their points, or else by their order.'
     )
 
 
 class FpnetConfig(Section):
-    """The whole tree."""
+    """Whole configuration tree."""
 
-    seed: int = Field(0, ge=0, description='Seed of every random choice.')
+    seed: int = Field(0, ge=0, description='Seed of all random numbers.')
     submap: SubmapConfig = SubmapConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
     matcher: MatcherConfig = MatcherConfig()
@@ -215,7 +215,7 @@ class FpnetConfig(Section):
 
 
 def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetConfig:
-    """Validate a nested mapping; raises ConfigError that names the key and the reason."""
+    """Return a nested mapping as configuration; ConfigError names the bad key and the reason."""
     try:
         return FpnetConfig.model_validate(tree)
     except ValidationError as error:
@@ -230,7 +230,7 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
 
 
 def config_keys() -> list[str]:
-    """Return every key with its section, as ``submap.resolution_m``, in the order of the tree."""
+    """Return all keys with their sections, e.g. ``submap.resolution_m``, in tree order."""
     return [
         f'{name}.{leaf}' if isinstance(value, Section) else name
         for name, value in FpnetConfig()
@@ -239,7 +239,7 @@ def config_keys() -> list[str]:
 
 
 def _unknown(key: str, value: Any) -> str:
-    """Name a key that does not exist, and the one that was probably meant."""
+    """Return a message that names an unknown key and the closest known one."""
     if isinstance(value, dict) and value:
         key = f'{key}.{next(iter(value))}'
     near = get_close_matches(key, config_keys(), n=1)
@@ -253,12 +253,12 @@ def load_config(
     path: Path | str | None = None, overrides: dict[str, Any] | None = None
 ) -> FpnetConfig:
     """
-    Read a YAML file (plain or ROS parameter form) and apply dotted overrides.
+    Load a YAML file (plain or ROS parameter form) and apply dotted overrides.
 
     Parameters
     ----------
-    path : the file; None takes the defaults
-    overrides : ``{'submap.resolution_m': 0.1}``
+    path : the file; None: defaults
+    overrides : e.g. ``{'submap.resolution_m': 0.1}``
 
     Raises
     ------
@@ -271,7 +271,7 @@ def load_config(
 
 
 def set_dotted(tree: dict[str, Any], overrides: Mapping[str, Any]) -> None:
-    """Set ``{'submap.resolution_m': 0.1}`` in a nested mapping; ConfigError where none may be."""
+    """Set dotted keys in a nested mapping; ConfigError if a parent of a key is a value."""
     for dotted, value in overrides.items():
         node = tree
         *parents, leaf = dotted.split('.')

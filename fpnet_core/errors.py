@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors that a user can act on.
 
-Every message says what was wrong, what was expected, what was found, and what to do. The
-command line prints it in one line and exits 1; a node logs it and keeps its state.
+Each message states what was wrong, what was expected, what was found and what to do. The command
+line prints it in one line and exits with 1; a node logs it and keeps its state.
 """
 
 
@@ -32,7 +32,7 @@ class OdometryError(FpnetError):
 
 
 class HintError(FpnetError):
-    """Someone's word on where the robot is cannot be used."""
+    """A hint about the pose or the storey of the robot cannot be used."""
 
 
 class StateError(FpnetError):
@@ -44,7 +44,7 @@ class WeightsError(FpnetError):
 
 
 class SiteError(FpnetError):
-    """A description of a site is malformed, contradicts itself, or names what is not there."""
+    """A site description is malformed, contradictory, or refers to something that is missing."""
 
 
 class LibraryError(FpnetError):
@@ -52,9 +52,9 @@ class LibraryError(FpnetError):
 
 
 class NotPlacedError(FpnetError):
-    """What was seen could not be placed on a drawing, so nothing may be said about the drawing."""
+    """The observations could not be placed on a drawing, so the drawing cannot be assessed."""
 
 
 def said_of_system(error: OSError) -> str:
-    """Return what the system says of a file in one line."""
+    """Return the operating system's message about a file in one line."""
     return f'{error.filename}: {error.strerror}' if error.filename else str(error)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays of frozen values: checked, copied and marked read-only."""
+"""Checked, copied and read-only arrays of frozen dataclasses."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 Shape = tuple[int | None, ...]
-"""Lengths of the axes; None where any will do."""
+"""Lengths of the axes; None: any."""
 
 
 def frozen_array(
     value: ArrayLike, dtype: Any, shape: Shape, what: str, is_finite: bool = True
 ) -> NDArray[Any]:
     """
-    Return a read-only copy of ``dtype``, in C order; what nobody can write to is its own copy.
+    Return a read-only copy of ``dtype`` in C order; an array that is one already is not copied.
 
     Raises
     ------
     ValueError
-        Naming ``what`` is wrong: another shape, or values that are not finite but ought to be.
+        Names ``what`` if its shape is wrong, or if it holds NaN or infinity but must be finite.
     """
     array = value if _is_frozen(value, dtype) else np.array(value, dtype=dtype, order='C')
     matches = array.ndim == len(shape) and all(
@@ -38,7 +38,7 @@ def frozen_array(
 
 
 def _is_frozen(value: ArrayLike, dtype: Any) -> TypeGuard[NDArray[Any]]:
-    """Tell whether a value is such a copy already: it owns its memory, and nobody writes to it."""
+    """Return whether an array is such a copy already: it owns its memory and is read-only."""
     return (
         type(value) is np.ndarray
         and value.dtype == dtype
@@ -49,19 +49,19 @@ def _is_frozen(value: ArrayLike, dtype: Any) -> TypeGuard[NDArray[Any]]:
 
 
 def unwritable(values: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Return values in C order as a view that is not written to: one kind for compiled loops."""
+    """Return a read-only view in C order: compiled loops then see one array type."""
     view = np.ascontiguousarray(values).view()
     view.setflags(write=False)
     return view
 
 
 def each_unwritable(*arrays: NDArray[Any]) -> list[NDArray[Any]]:
-    """Return :func:`unwritable` of each."""
+    """Return :func:`unwritable` of each array."""
     return [unwritable(array) for array in arrays]
 
 
 def freeze_field(owner: object, name: str, dtype: Any, shape: Shape) -> None:
-    """Replace a field of a frozen dataclass by :func:`frozen_array` of it."""
+    """Replace a field of a frozen dataclass by its :func:`frozen_array`."""
     what = f'{type(owner).__name__}.{name}'
     array = frozen_array(getattr(owner, name), dtype, shape, what)
     object.__setattr__(owner, name, array)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where compiled kernels are kept between two starts: read-only installations have no place.
+Folder of the compiled kernels, also for read-only installations.
 
-Numba keeps them beside the sources or in the user's cache folder, and raises where it can write
-neither. Then they go to a folder of this user among the temporary ones; only a folder that nobody
-else can write to is used, as what lies there is run.
+Numba stores kernels beside the sources or in the user's cache folder and raises if it can write
+to neither. Then they go to a folder of this user below the temporary folder. Only a folder that
+no other user can write to is used, because its contents are executed.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import sys
 import tempfile
 
 _VARIABLE = 'NUMBA_CACHE_DIR'  # given
-_PRIVATE = 0o700  # given: for this user alone
+_PRIVATE = 0o700  # given: access for this user only
 
 
 def is_writable(folder: Path) -> bool:
-    """Tell whether files can be made in a folder, which may have to be made first."""
+    """Return whether files can be created in a folder, which need not exist yet."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
-    try:  # permissions alone do not tell: a file system may refuse even its owner
+    try:  # permissions are not enough: a file system may refuse even the owner
         with tempfile.TemporaryFile(dir=folder):
             return True
     except OSError:
@@ -32,7 +32,7 @@ def is_writable(folder: Path) -> bool:
 
 
 def choose(sources: Path, environment: dict[str, str]) -> Path | None:
-    """Return where kernels have to be kept; None where Numba finds a place by itself."""
+    """Return the folder to use for kernels; None if Numba finds one by itself."""
     if environment.get(_VARIABLE):
         return None
     home = environment.get('XDG_CACHE_HOME') or f'{environment.get("HOME", "/")}/.cache'
@@ -42,7 +42,7 @@ def choose(sources: Path, environment: dict[str, str]) -> Path | None:
 
 
 def _private(folder: Path) -> Path:
-    """Return the folder if it is this user's alone, else a new one for this process."""
+    """Return the folder if only this user can access it, else a new one for this process."""
     try:
         folder.mkdir(mode=_PRIVATE, exist_ok=True)
         found = folder.lstat()
@@ -55,20 +55,20 @@ def _private(folder: Path) -> Path:
 
 
 def _prepare() -> str:
-    """Set it for this process and its children; returns what to say."""
+    """Set the folder for this process and its children; return the message for the user."""
     folder = choose(Path(__file__).parent, dict(os.environ))
     if folder is None:
         return ''
     os.environ[_VARIABLE] = str(folder)
-    if 'numba' in sys.modules:  # it has read the environment already
+    if 'numba' in sys.modules:  # Numba has already read the environment
         from numba.core import config
 
         config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     return (
-        f'neither the installation nor a cache folder of this user is writable: compiled kernels '
-        f'are in {folder}; set {_VARIABLE} to keep them'
+        f'neither the installation nor a cache folder of this user is writable: compiled '
+        f'kernels are in {folder}; set {_VARIABLE} to keep them'
     )
 
 
 SAID = _prepare()
-"""What a user should know of it; empty: nothing."""
+"""Message for the user; empty: none."""

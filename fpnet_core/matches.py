@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a matcher says of two graphs: partners of regions, and whole assignments of them."""
+"""Results of a matcher for two graphs: region pairs and complete assignments."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from fpnet_core.frozen import freeze_field
 from fpnet_core.geometry import Similarity2D
 
 UNMATCHED, IGNORE = -1, -2
-"""Given: label of a node without a partner, and of a node that losses and metrics leave out."""
+"""Given: label of a node without a partner, and of a node that losses and metrics ignore."""
 
 LEAST_DECADES = 3.0
-"""Chosen: pairs less probable than one in a thousand tell no more than such."""
+"""Chosen: pairs less probable than one in a thousand are treated alike."""
 
 WELL_SEEN = 0.9
-"""Observed fraction from which a room's size, corners and doors are its own. Chosen."""
+"""Observed fraction from which the size, corners and doors of a room are reliable. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class MatchHypothesis:
     """
-    One complete assignment of regions and the placement that it comes from.
+    One complete assignment of regions and the placement that it is based on.
 
     ``pairs (K, 2) int64``, columns [plan, sub], are one-to-one; ``probability`` is that of the
-    whole placement, against all others and against none; ``S_plan_sub`` maps the submap graph's
-    coordinates to the plan graph's.
+    whole placement against all others and against none; ``S_plan_sub`` maps the coordinates of
+    the submap graph to those of the plan graph.
     """
 
     pairs: NDArray[np.int64]
@@ -49,7 +49,7 @@ class MatchResult:
     ``pairs (K, 2) int64`` are one-to-one, ``scores (K,)`` in [0, 1]; ``probability (M, N)`` is
     the soft assignment without its dustbins: row sums and column sums are at most 1.
     ``hypotheses`` are the best complete assignments, most probable first; empty for matchers
-    that do not find any.
+    that compute none.
     """
 
     pairs: NDArray[np.int64]

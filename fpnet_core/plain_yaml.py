@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-YAML of plain values: the one way in which this package reads YAML that others wrote.
+Parser for YAML files from users: plain values only.
 
-Tags never construct objects, and aliases are refused: nested ones make gigabytes out of a few
-hundred bytes as soon as somebody prints them, and neither ROS parameter files nor map_server
-files have them.
+Tags never construct objects. Aliases are refused: nested aliases of a few hundred bytes expand to
+gigabytes when printed, and neither ROS parameter files nor map_server files use them. All YAML
+from outside this package is read here.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.plain_files import regular
 
 MAX_BYTES = 1_000_000
-"""Numerical: longer files are refused: a configuration or a map's description is a page."""
+"""Numerical: longer files are refused; a configuration or map description is about a page."""
 
 
 class _PlainLoader(yaml.SafeLoader):
     """PyYAML's safe loader without aliases."""
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Refuse aliases, else compose as usual."""
+        """Refuse aliases, otherwise compose as usual."""
         if self.check_event(yaml.AliasEvent):
             event = cast('Any', self).peek_event()
             raise yaml.composer.ComposerError(
@@ -42,29 +42,29 @@ def parse_yaml(text: str) -> Any:
     Raises
     ------
     ValueError
-        If the text is no YAML of plain values; the message is one line.
+        If the text is not YAML of plain values; the message is one line.
     """
     try:
         return yaml.load(text, _PlainLoader)  # noqa: S506, it is a safe loader
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        # PyYAML's constructors raise the latter kinds on odd scalars and keys.
+        # PyYAML's constructors raise the last four for odd scalars and keys.
         raise ValueError(_one_line(error)) from None
 
 
 def read_yaml(path: Path, refusal: type[FpnetError], what: str = '') -> Any:
     """
-    Return the value of a YAML file in UTF-8; None for an empty one.
+    Return the value of a UTF-8 YAML file; None for an empty one.
 
     Parameters
     ----------
     path : the file
-    refusal : the error to raise
-    what : it is, for that error
+    refusal : class of the error to raise
+    what : kind of the file, for the error message
 
     Raises
     ------
     FpnetError
-        ``refusal``, with one line, if the file cannot be read, is too long or is no YAML of plain
+        ``refusal``, in one line, if the file cannot be read, is too long or is not YAML of plain
         values.
     """
     try:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How far a published pose may be off: what a tick has found, and how it grows until the next."""
+"""Covariance of a published pose and its growth between updates."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class PoseFeatures:
     """
-    What a tick saw of how well a pose is known.
+    Features of an update that determine the covariance of its pose.
 
-    ``information (3, 3)`` is what returns around the robot say of its x, y and yaw, plan axes
-    about the robot; ``figures (F,)`` are those of :class:`fpnet_core.pose.uncertainty.Misfit`.
-    Both are in working metres. ``unrest_rad`` is what the next tick goes on from.
+    ``information (3, 3)`` is the information of nearby returns on x, y and yaw, in plan axes about
+    the robot; ``figures (F,)`` are those of :class:`fpnet_core.pose.uncertainty.Misfit`. Both are
+    in working metres. ``heading_residual_rad`` is carried over to the next update.
     """
 
     information: Array
@@ -39,9 +39,9 @@ class PoseFeatures:
 @dataclass(frozen=True, eq=False)
 class Growth:
     """
-    What odometry loses: standard deviations that add up as squares.
+    Drift of odometry as standard deviations; contributions add up in quadrature.
 
-    Position [m] and yaw [rad] per metre from where the tick was, and per second since then.
+    Position [m] and yaw [rad] per metre from the position of the update, and per second since it.
     """
 
     position_per_m: float
@@ -53,21 +53,21 @@ class Growth:
 @dataclass(frozen=True, eq=False)
 class PoseCovariance:
     """
-    How far off a pose may be.
+    Covariance of a pose at an update, with its growth afterwards.
 
     Parameters
     ----------
     cov : (3, 3)
         Of the robot's x, y [m] and yaw [rad] in the floorplan's frame, nominal metres, at the
-        tick's newest scan.
+        newest scan of the update.
     xy_odom : (2,)
-        Where odometry had the robot then [m].
+        Position of the robot in ``odom`` at that scan [m].
     stamp_ns
-        When that was.
+        Stamp of that scan.
     growth
-        What odometry adds from there on, in the same metres.
-    signs
-        What all of it was made from.
+        Drift that odometry adds from there on, in the same metres.
+    features
+        Features that the covariance was computed from.
     """
 
     cov: Array
@@ -90,16 +90,16 @@ class PoseCovariance:
 
 def carried(cov: Array, away: Array, age_s: Array, growth: Growth) -> Array:
     """
-    Return covariances ``(..., 3, 3)`` of poses after odometry has carried them on.
+    Propagate covariances ``(..., 3, 3)`` of poses by the motion of odometry.
 
-    An error in yaw moves the robot the further the more distant it is from where it was.
+    An error in yaw displaces the robot in proportion to the distance travelled.
 
     Parameters
     ----------
     cov : (..., 3, 3) of x, y [m] and yaw [rad] on the plan
-    away : (..., 2) from there to where the robot is, plan axes [m]
-    age_s : (...) since then
-    growth : what odometry loses
+    away : (..., 2) displacement of the robot since then, plan axes [m]
+    age_s : (...) time since then
+    growth : drift of odometry
     """
     there = np.zeros(cov.shape) + np.eye(3)
     there[..., 0, 2], there[..., 1, 2] = -away[..., 1], away[..., 0]

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that others wrote, as names of topics and frames, fit for a terminal or a log."""
+"""Printable form of foreign text, such as topic and frame names, for terminals and logs."""
 
 from __future__ import annotations
 
 
 def printable(text: str) -> str:
     r"""
-    Return a text whose control characters are written out, as ``\x1b``; line breaks stay.
+    Return a text with control characters escaped, as ``\x1b``; line breaks stay.
 
-    Raw ones move a terminal's cursor, hide lines or change its title.
+    Unescaped, they can move a terminal's cursor, hide lines or change its title.
     """
     if text.isprintable():
         return text

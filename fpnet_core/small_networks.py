@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What small networks are made of where no learning framework is loaded."""
+"""Building blocks of small networks that run without a learning framework."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Floats = NDArray[np.floating[Any]]
 
 _SINGLE_THREAD = 2**18
 """
-Numerical: multiplications up to which OpenBLAS keeps a product on the calling thread.
+Numerical: multiplications up to which OpenBLAS computes a product on the calling thread.
 
-Graphs are too small to gain from more, and a team of threads waits for its last one at every
-product: beside other busy programs a match took a hundred times as long.
+Graphs are too small to gain from more threads, and a thread pool waits for its slowest member at
+every product: beside other busy programs a match took a hundred times as long.
 """
 
 
 CLIP = 4.0
-"""Numerical: figures are held to so many standard deviations; what is further off says no more."""
+"""Numerical: features are clipped to this many standard deviations."""
 
 
 def standardised(
@@ -32,7 +32,7 @@ def standardised(
     """
     Return ``values (..., D)`` in standard deviations from their ``mean (D,)``, NaN as 0.
 
-    They are held to ``most`` of them: nothing unseen counts more.
+    They are clipped to ``most``, so that values outside the training range do not count more.
     """
     return np.clip(np.nan_to_num((values - mean) / spread), -most, most)
 
@@ -43,7 +43,7 @@ def silu(x: Array) -> Array:
 
 
 def product(a: Floats, b: Floats) -> Floats:
-    """Return ``a (..., T, K) @ b (..., K, S)``, computed by the calling thread alone."""
+    """Return ``a (..., T, K) @ b (..., K, S)``, computed on the calling thread only."""
     rows = rows_at_once(*b.shape[-2:])
     if a.shape[-2] <= rows:
         return np.asarray(a @ b)
@@ -56,5 +56,5 @@ def product(a: Floats, b: Floats) -> Floats:
 
 
 def rows_at_once(inner: int, columns: int) -> int:
-    """Return how many rows times ``(inner, columns)`` stay with the calling thread."""
+    """Return how many rows times ``(inner, columns)`` are computed on the calling thread."""
     return max(1, _SINGLE_THREAD // max(inner * columns, 1))

@@ -1,24 +1,24 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Times are whole nanoseconds since the epoch of whatever clock stamped the data, as in ROS 2."""
+"""Time stamps: integer nanoseconds since the epoch of the clock of the data, as in ROS 2."""
 
 from __future__ import annotations
 
 from fpnet_core.errors import OdometryError
 
 NS_PER_S = 1_000_000_000
-"""Nanoseconds of a second. Physical: by definition."""
+"""Nanoseconds per second. Physical: by definition."""
 
 
 class ClockGuard:
     """
-    Tells single scans from the past from a clock that went back, as a looping recording's does.
+    Detector of a clock that was set back, for example by a looping recording.
 
     Parameters
     ----------
     patience
-        Scans in a row from the past that are a clock that went back; fewer are disorder on the
-        way, or two publishers.
+        Consecutive scans with old stamps that count as a reset; fewer are reordered messages or
+        come from a second publisher.
     """
 
     def __init__(self, patience: int) -> None:
@@ -27,12 +27,12 @@ class ClockGuard:
 
     def back_s(self, stamp_ns: int, last_ns: int) -> float | None:
         """
-        Return by how much the clock went back between two scans [s]; None where it went on.
+        Return by how much the clock went back between two scans [s]; None if it advanced.
 
         Raises
         ------
         OdometryError
-            If the scan is no newer than the last one and not yet one of many.
+            If the scan is not newer than the last one and it is not yet a clock reset.
         """
         if stamp_ns > last_ns:
             self._stale = 0

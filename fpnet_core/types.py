@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Frozen values that flow between the stages; their arrays are checked and read-only. SI units.
+Frozen values passed between the stages; their arrays are checked and read-only. SI units.
 
-Letters: ``P`` points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side,
+Letters: ``P`` points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either map,
 ``E`` edges, ``D`` features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster.
 """
 
@@ -25,21 +25,21 @@ from fpnet_core.pose_covariance import PoseCovariance
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
 
-FEATURE_SCHEMA = 1  # given: the layout of node and edge features; weights of others are refused
+FEATURE_SCHEMA = 1  # given: the layout of node and edge features; other weights are refused
 
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
     """
-    An occupancy raster with its place in a metric frame.
+    Occupancy raster with its pose in a metric frame.
 
     Parameters
     ----------
     cells : (H, W) int8
         ``FREE``, ``OCCUPIED`` or ``UNKNOWN``. Row 0 is the lowest y, as in OccupancyGrid; image
-        readers flip once, in :mod:`fpnet_core.io`.
+        readers flip rows once, in :mod:`fpnet_core.io`.
     resolution : float
-        Edge of a cell [m].
+        Cell size [m].
     T_frame_grid : SE2
         Pose of the outer corner of cell (0, 0) in ``frame``, yaw included.
     frame : str
@@ -68,11 +68,11 @@ class GridMap:
         return self.cells.shape[0], self.cells.shape[1]
 
     def mirrored(self) -> GridMap:
-        """Return the map with its columns reversed, for a drawing that is a mirror image."""
+        """Return the map with its columns reversed, for a mirrored drawing."""
         return replace(self, cells=self.cells[:, ::-1])
 
     def cropped(self, rows: slice, cols: slice) -> GridMap:
-        """Return a window of the map; its cells stay where they are in the frame."""
+        """Return a window of the map; its cells keep their positions in the frame."""
         first = np.array([rows.indices(self.shape[0])[0], cols.indices(self.shape[1])[0]])
         x, y = self.rc_to_xy(first - 0.5).tolist()
         pose = SE2.from_xy_yaw(x, y, self.T_frame_grid.yaw)
@@ -91,7 +91,7 @@ class GridMap:
 @dataclass(frozen=True, eq=False)
 class Submap:
     """
-    What the robot has seen so far, as a gravity-aligned raster.
+    Gravity-aligned raster of everything that the robot has observed so far.
 
     Parameters
     ----------
@@ -103,13 +103,13 @@ class Submap:
     path_xy : (S, 2) float64
         Robot positions, frame ``submap`` [m]; (0, 2) for a map read from an image.
     T_odom_submap : SE2
-        LocalPoseFilter of the submap frame in ``odom``.
+        Pose of the submap frame in ``odom``.
     stamp_ns, id : int
-        Sensor time of the newest scan inside; grows by one with every hand-out, 0 for a map read.
+        Sensor time of the newest scan; grows by one with every hand-out, 0 for a map from a file.
     recent_xy : (P, 2) float64
         Returns at body height over the last metres of the path, frame ``submap`` [m].
     newest_xy, newest_walls_xy : (P, 2) float64
-        The same of the last few scans, and those behind which nothing was seen: no furniture.
+        Those of the last few scans; the ones with nothing seen behind them: walls, no furniture.
     """
 
     grid: GridMap
@@ -123,14 +123,14 @@ class Submap:
     newest_walls_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
-        """Check that the rasters agree."""
+        """Check that the rasters have the same shape."""
         freeze_field(self, 'lintel', np.bool_, self.grid.shape)
         for name in ('path_xy', 'recent_xy', 'newest_xy', 'newest_walls_xy'):
             freeze_field(self, name, np.float64, (None, 2))
 
     @property
     def free_area_m2(self) -> float:
-        """Area observed as free [m^2]; what graded thresholds call the explored area."""
+        """Area observed as free [m^2], the explored area of the graded thresholds."""
         return float(np.count_nonzero(self.grid.cells == FREE)) * self.grid.resolution**2
 
 
@@ -147,11 +147,11 @@ class Region:
     One room or door of a segmentation, a vertex of the region graph.
 
     ``polygon (V, 2)`` is the outer boundary, counter-clockwise, not closed, in the frame of the
-    segmented grid [m]. ``observed_fraction`` estimates how much of the region has been seen and
+    segmented grid [m]. ``observed_fraction`` estimates how much of the region was observed and
     ``frontier_fraction`` is the share of its boundary that borders unknown space (0 for a
-    drawing); ``confidence`` in [0, 1] says how sure the segmentation is of its extent.
-    ``track`` stays the same while a growing submap is segmented again and again; it is -1 where
-    nothing follows the regions.
+    drawing); ``confidence`` in [0, 1] rates the extent of the region.
+    ``track`` identifies the region across segmentations of a growing submap; it is -1 where
+    regions are not tracked.
     """
 
     id: int
@@ -178,9 +178,9 @@ class Region:
 @dataclass(frozen=True, eq=False)
 class Portal:
     """
-    A door's opening line: ``ends (2, 2)`` [m], the door's region id and the rooms it joins.
+    Opening line of a door: ``ends (2, 2)`` [m], the door's region id and the rooms it joins.
 
-    ``rooms`` holds two room ids; the second is None where the door leads into unseen space.
+    ``rooms`` holds two room ids; the second is None if the door leads into unobserved space.
     """
 
     door: int
@@ -201,11 +201,11 @@ class Portal:
 @dataclass(frozen=True, eq=False)
 class Segmentation:
     """
-    A grid cut into rooms and doors.
+    A grid segmented into rooms and doors.
 
-    ``labels (H, W) int32`` holds the room's region id + 1 and 0 where there is no room; doors
+    ``labels (H, W) int32`` holds the room's region id + 1, or 0 where there is no room; doors
     are in ``regions`` and ``portals`` only. Region ids are positions in ``regions``: rooms
-    first, then doors. Nothing found is an empty tuple and ``reason`` says why.
+    first, then doors. If nothing was found the tuples are empty and ``reason`` states why.
     """
 
     grid: GridMap
@@ -265,10 +265,10 @@ class RegionGraph:
 @dataclass(frozen=True, eq=False)
 class PlanScale:
     """
-    How large a floorplan is drawn.
+    Scale of a floorplan.
 
     ``stretch (2, 2)`` is symmetric, nominal plan metres per true metre in the plan's axes;
-    ``sigma`` its relative standard deviation; once ``is_locked`` no other scale is searched.
+    ``sigma`` is its relative standard deviation; once ``is_locked`` no other scale is searched.
     """
 
     stretch: NDArray[np.float64]
@@ -281,12 +281,12 @@ class PlanScale:
 
     @property
     def factor(self) -> float:
-        """Return the mean of both axes."""
+        """Mean scale of both axes."""
         return float(scale_of(self.stretch))
 
 
 class Status(Enum):
-    """What the localizer may claim."""
+    """Status of the localizer."""
 
     NO_PLAN = 'no_plan'
     WAITING = 'waiting'
@@ -297,28 +297,28 @@ class Status(Enum):
 
 
 def status_line(status: Status, probability: float, reason: str) -> str:
-    """Return what is claimed, how surely and why, in one line."""
+    """Return status, probability and reason in one line."""
     return f'{status.value} (p {probability:.2f}): {reason}'
 
 
 class CauseKind(StrEnum):
-    """Why nothing may be claimed."""
+    """Kinds of causes why there is no pose."""
 
-    DRAWING = 'drawing misread'
-    SCALE = 'scale outside what was searched'
-    MIRRORED = 'drawing mirrored'
+    DRAWING = 'floorplan parsed wrongly'
+    SCALE = 'scale outside the searched range'
+    MIRRORED = 'floorplan mirrored'
     OTHER_PLAN = 'other building or storey'
     INPUT = 'no walls in the scans'
     UPSIDE_DOWN = 'scanner upside down'
     RARE_SCANS = 'scans too rare for odometry'
-    TOO_LITTLE = 'too little seen'
+    TOO_LITTLE = 'too little observed'
     DRIFT = 'odometry drift'
     SELF_SIMILAR = 'plan self-similar'
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A likely reason for having no answer: ``evidence`` in figures, ``next`` what to type."""
+    """Likely cause of a missing pose: ``evidence`` in numbers, ``next`` the command to run."""
 
     kind: CauseKind
     evidence: str
@@ -326,25 +326,25 @@ class Cause:
 
     @property
     def said(self) -> str:
-        """Return the cause and its evidence in one line."""
+        """Cause and evidence in one line."""
         return f'{self.kind.value}: {self.evidence}'
 
     def as_json(self) -> dict[str, str]:
-        """Return a mapping of plain values."""
+        """Return the cause as JSON values."""
         return {'cause': self.kind.value, 'evidence': self.evidence, 'next': self.next}
 
 
 @dataclass(frozen=True, eq=False)
 class LocalizerOutput:
     """
-    The result of one tick.
+    Result of one update.
 
-    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is None
-    unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
-    ``covariance`` is that of the pose. ``probability`` is that of the best hypothesis; all
-    ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of the
-    plan's scale; ``reason`` explains the status, ``is_mirrored``: only the mirror image fits.
-    ``causes`` are those of no answer. ``storeys`` are probable by so much; all is on ``storey``.
+    ``A_plan_odom`` is valid near the robot, also if the submap as a whole is bent by drift. It is
+    None unless ``status`` is LOCALIZED, so that no caller uses an identity by mistake.
+    ``covariance`` is that of the pose, ``probability`` that of the best hypothesis; all
+    ``estimates`` are in nominal plan metres, best first. ``scale`` is the plan scale measured by
+    accepted placements; ``reason`` explains the status; ``is_mirrored``: only the mirror image
+    fits. ``causes`` explain a missing pose. ``storeys``: probability of each; rest: ``storey``.
     """
 
     stamp_ns: int
@@ -371,14 +371,14 @@ class LocalizerOutput:
         return status_line(self.status, self.probability, self.reason)
 
     def __str__(self) -> str:
-        """Return the same: what it holds would fill pages."""
+        """Return :attr:`said`; the full representation would fill pages."""
         return self.said
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
         """
         Return the pose of ``base`` in the floorplan grid's own frame and nominal metres.
 
-        None unless LOCALIZED. ``T_odom_base`` is (4, 4); between ticks odometry carries on.
+        None unless LOCALIZED. ``T_odom_base`` is (4, 4); odometry bridges the time to an update.
         """
         if self.A_plan_odom is None:
             return None
@@ -395,6 +395,6 @@ class LocalizerOutput:
         return self.covariance.at(self.A_plan_odom, T_odom_base[:2, 3], stamp_ns)
 
     def __post_init__(self) -> None:
-        """Check that a pose and the LOCALIZED status go together."""
+        """Check that a transform is given exactly if the status is LOCALIZED."""
         if (self.A_plan_odom is not None) != (self.status is Status.LOCALIZED):
             raise ValueError('LocalizerOutput: a transform and LOCALIZED go together')

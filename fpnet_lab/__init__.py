@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What makes data, weights and figures; no robot runs any of it, and the core never imports it."""
+"""Data generation, training and evaluation; neither robots nor the core import this package."""

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Results that are kept as they come, so that an interrupted run goes on where it stopped.
+Results cached on disk, so that an interrupted run resumes where it stopped.
 
-Figures of two versions are never mixed where the names of their tasks hold a :func:`digest`.
+Task names that contain a :func:`digest` keep results of different code versions apart.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from fpnet_lab.pool import each_done
 Task = TypeVar('Task')
 Result = TypeVar('Result')
 
-_COLUMNS = 'columns'  # name of the array with what the columns of the results mean
-_IRRELEVANT = ('cli', 'viz', 'training')  # folders whose text changes no figure
+_COLUMNS = 'columns'  # name of the array that stores the column names of the results
+_IRRELEVANT = ('cli', 'viz', 'training')  # folders whose code does not affect any result
 
 
 def make_once(
@@ -43,22 +43,22 @@ def make_once(
     is_kept: Callable[[Result], bool] = lambda _: True,
 ) -> list[Result]:
     """
-    Return what ``make`` makes of each task, in their order.
+    Return the result of ``make`` for each task, in the order of the tasks.
 
     Parameters
     ----------
-    folder : keeps each result under its task's name, and gives those that it has; None keeps none
-    kind : of the results: frozen values, or tuples of such, as :mod:`fpnet_core.io.frozen` stores
+    folder : caches each result under its task's name and supplies existing ones; None: no cache
+    kind : type of the results: frozen values or tuples of them, see :mod:`fpnet_core.io.frozen`
     tasks : by name
-    make : of one task; with several ``workers``, in one of so many processes
-    on_done : is told 1.0 for each task, those at once that were made before
-    columns : what the columns of arrays in the results mean; files with others are refused
-    is_kept : whether a result may be taken the next time, too
+    make : computes one result; with several ``workers`` it runs in that many processes
+    on_done : called with 1.0 per finished task; cached tasks count at once
+    columns : column names of the result arrays; cached files with other columns are rejected
+    is_kept : whether to cache a result for the next run
 
     Raises
     ------
     FpnetError
-        If a kept file is damaged, or of another version.
+        If a cached file is damaged, or of another version.
     """
     results: dict[str, Result] = {}
     for name in tasks:
@@ -77,12 +77,12 @@ def make_once(
 
 def read_kept(path: Path, kind: type[Result], columns: Sequence[str] = ()) -> Result:
     """
-    Return a result that :func:`make_once` has kept.
+    Return a result cached by :func:`make_once`.
 
     Raises
     ------
     FpnetError
-        If there is none, or it is damaged, or of another version.
+        If the file is missing, damaged, or of another version.
     """
     try:
         arrays = read_arrays(path)
@@ -91,20 +91,20 @@ def read_kept(path: Path, kind: type[Result], columns: Sequence[str] = ()) -> Re
         return from_arrays(kind, arrays)
     except (OSError, KeyError, ValueError) as error:
         raise FpnetError(
-            f'{path} cannot be gone on with ({error}); remove it, or use another folder'
+            f'{path} cannot be resumed from ({error}); remove it, or use another folder'
         ) from None
 
 
 def digest(content: Any, files: Iterable[Path] = ()) -> str:
     """
-    Return a name's end for a result of ``content`` and ``files`` by the program as it is now.
+    Return a name suffix for a result of ``content`` and ``files`` computed by the current code.
 
-    It changes with the modules of core and lab and with the weights that ship, too.
+    It also depends on the modules of core and lab and on the packaged weights.
 
     Parameters
     ----------
     content : plain values, as JSON holds them
-    files : what else the result depends on, as weights of one's own
+    files : further inputs of the result, for example custom weights
     """
     found = hashlib.sha256(_program().encode())
     found.update(json.dumps(content, sort_keys=True).encode())

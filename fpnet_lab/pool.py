@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Work that is done in several processes."""
+"""Parallel execution of tasks in worker processes."""
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -11,19 +11,19 @@ Task = TypeVar('Task')
 Result = TypeVar('Result')
 
 START_METHOD = 'spawn'
-"""How processes begin: threads of OpenCV and OpenMP do not survive a fork."""
+"""Process start method: the threads of OpenCV and OpenMP do not survive a fork."""
 
 _make: list[Callable[[Any], Any]] = []
-"""What a worker does: sent once, not with every task."""
+"""Function that a worker runs; sent once per worker, not with every task."""
 
 
 def each_done(
     make: Callable[[Task], Result], tasks: Iterable[Task], workers: int
 ) -> Iterator[tuple[Task, Result]]:
     """
-    Yield every task with its result as they get done; one worker is this process.
+    Yield every task with its result in order of completion; one worker runs in this process.
 
-    What fails is raised at once: tasks that nobody takes any more are not begun.
+    The first error is raised at once. Tasks are cancelled when the caller stops iterating.
     """
     if workers <= 1:
         for task in tasks:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How a figure came about: the command, the commit of the code, the day and the machine."""
+"""Provenance of a figure: command, commit, date and machine."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from typing import Any, Self
 from fpnet_core.errors import ConfigError
 
 KEY = 'made'
-"""Where a report of a benchmark keeps it."""
+"""Key of the provenance in a benchmark report."""
 
 WHERE_TO_WRITE = frozenset({'--json', '--out', '--work', '--plot', '--strips'})
-"""Options of benchmarks that change no figure."""
+"""Benchmark options that do not affect any figure."""
 
 
 @dataclass(frozen=True)
 class Provenance:
     """
-    Which command made a report, and of what.
+    The command that made a report, with commit, date and machine.
 
-    ``commit`` is abbreviated, with a ``+`` where files differed from it, and empty outside of a
+    ``commit`` is abbreviated, with a ``+`` for uncommitted changes, and empty outside of a
     checkout; ``date`` is ISO 8601.
     """
 
@@ -40,34 +40,34 @@ class Provenance:
 
     @classmethod
     def now(cls) -> Self:
-        """Return that of this process: call it at the start, before anyone commits."""
+        """Return the provenance of this process; call it at the start, before HEAD can change."""
         name, *arguments = sys.argv
         program = Path(name).name
         if program.endswith('.py'):
             program = f'python {Path(name).parent.name}/{program}'
-        command = f'{program} {shlex.join(_of_the_figures(arguments))}'.strip()
+        command = f'{program} {shlex.join(_without_outputs(arguments))}'.strip()
         return cls(command, _commit(), date.today().isoformat(), machine())
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> Self | None:
-        """Return what a report says of itself, None where it says nothing."""
-        said = report.get(KEY)
-        if said is None:
+        """Return the provenance in a report; None if the report has none."""
+        stored = report.get(KEY)
+        if stored is None:
             return None
         try:
-            return cls(**said)
+            return cls(**stored)
         except TypeError as error:
             raise ConfigError(
-                f'{KEY!r} holds {sorted(said)}; expected command, commit, date and machine: '
+                f'{KEY!r} holds {sorted(stored)}; expected command, commit, date and machine: '
                 'run the benchmark again'
             ) from error
 
     @classmethod
     def of_weights(cls, manifest: dict[str, Any], path: Path) -> Self | None:
         """
-        Return that of weights, whose manifest holds the command; None where it holds none.
+        Return the provenance of weights whose manifest holds the command; None if it holds none.
 
-        Commit and day are the manifest's last ones, and it stands in place of a machine.
+        Commit and date are those of the manifest's last commit; its path replaces the machine.
         """
         data = manifest.get('data')
         if not isinstance(data, dict) or 'command' not in data:
@@ -77,20 +77,20 @@ class Provenance:
         return cls(str(data['command']), commit, day, path.as_posix())
 
     def in_report(self, report: dict[str, Any]) -> dict[str, Any]:
-        """Return the report with this in it."""
+        """Return the report with this provenance added."""
         return {**report, KEY: asdict(self)}
 
     def __str__(self) -> str:
-        """Return a sentence's beginning for the line above a table."""
+        """Return the first words of the line above a table."""
         commit = f'commit {self.commit}' if self.commit else 'outside of a checkout'
         return f'`{self.command}` ({self.date}, {commit}, {self.machine})'
 
 
-def _of_the_figures(arguments: Sequence[str]) -> Iterator[str]:
+def _without_outputs(arguments: Sequence[str]) -> Iterator[str]:
     """
-    Yield the arguments but those that say where to write: nobody else has those folders.
+    Yield the arguments without output paths, which exist on this machine only.
 
-    Of a path from the root its name is left, for the same reason.
+    An absolute path is reduced to its file name for the same reason.
     """
     remaining = iter(arguments)
     for argument in remaining:
@@ -102,14 +102,14 @@ def _of_the_figures(arguments: Sequence[str]) -> Iterator[str]:
 
 
 def machine() -> str:
-    """Return cores and processor, as ``2 cores of an AMD EPYC 7B13``."""
+    """Return the number of cores and the processor: ``2 cores, AMD EPYC 7B13``."""
     count = os.cpu_count() or 1
     name = processor().replace('(R)', '').replace('(TM)', '')
     return f'{count} core{"s" if count > 1 else ""}, {name}'
 
 
 def processor() -> str:
-    """Return the processor's name, as far as the system tells it."""
+    """Return the processor's name as the operating system reports it."""
     try:
         lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     except OSError:
@@ -119,13 +119,13 @@ def processor() -> str:
 
 
 def _commit() -> str:
-    """Return the commit of the checkout that this package is in."""
+    """Return the commit of the checkout that contains this package."""
     describe = ('describe', '--always', '--dirty=+', '--exclude=*', '--abbrev=7')
     return _git(Path(__file__).parent, *describe)
 
 
 def _git(folder: Path, *words: str) -> str:
-    """Return what git says in a folder; nothing outside of a checkout."""
+    """Return the output of git in a folder; empty outside of a checkout."""
     git = ['git', '-C', str(folder), *words]
     try:
         found = subprocess.run(  # noqa: S603 - our own arguments

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scores: what was measured, with name, value and unit, and tables of them."""
+"""Scores with name, value and unit, and tables of scores."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Row = Mapping[str, Any]
 @dataclass(frozen=True)
 class Unit:
     """
-    How values are written: times ``factor``, with ``digits``, and the ``symbol`` with its space.
+    Number format: the value times ``factor`` with ``digits``, then ``symbol`` with its space.
 
-    From ``whole_from`` on they have no digits. ``halves_up`` rounds as people do, else halves
-    go to the even digit. A unit that ``is_in_title`` of a column is in none of its cells.
-    ``nothing`` is written for None and NaN.
+    Values of ``whole_from`` or more have no digits. ``halves_up`` rounds halves up, otherwise
+    halves round to even. With ``is_in_title`` the symbol is in the column title, not in the cells.
+    ``nothing`` replaces None and NaN.
     """
 
     symbol: str = ''
@@ -33,11 +33,11 @@ class Unit:
     nothing: str = ''
 
     def to(self, digits: int, nothing: str = '') -> Unit:
-        """Return the unit with so many digits."""
+        """Return the unit with another number of digits."""
         return replace(self, digits=digits, nothing=nothing)
 
     def in_title(self, digits: int, nothing: str = '') -> Unit:
-        """Return the unit for a column whose title names it."""
+        """Return the unit for a column that shows the symbol in its title."""
         return replace(self, digits=digits, nothing=nothing, is_in_title=True)
 
     def title(self, name: str) -> str:
@@ -45,7 +45,7 @@ class Unit:
         return f'{name} [{self.symbol.strip()}]' if self.is_in_title else name
 
     def text(self, value: Any) -> str:
-        """Return a value as it is read."""
+        """Return a value as text."""
         if isinstance(value, str):
             return value
         if value is None or math.isnan(value):
@@ -58,7 +58,7 @@ class Unit:
 
 
 class Units:
-    """What scores are measured in; the digits are chosen."""
+    """Units of scores; the numbers of digits are chosen."""
 
     COUNT, NUMBER = Unit(), Unit(digits=2)
     SHARE, FINE_SHARE = Unit(' %', factor=100.0), Unit(' %', 1, 100.0)
@@ -70,9 +70,9 @@ class Units:
 @dataclass(frozen=True)
 class Score:
     """
-    What was measured: a number, a text that stands for itself, or None where nothing was.
+    A measured value: a number, a text, or None if nothing was measured.
 
-    ``aim`` is what it should be at most, or at least where it ``is_floor``; no aim for None.
+    ``aim`` is the upper limit of the value, or its lower limit if ``is_floor``; None: no aim.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Score:
 
     @property
     def is_met(self) -> bool:
-        """Tell whether the aim is met, as it is where there is none; what is unknown is not."""
+        """Return whether the aim is met: True without an aim, False without a value."""
         if self.aim is None or self.value is None:
             return self.aim is None
         return bool(self.value >= self.aim if self.is_floor else self.value <= self.aim)
@@ -94,27 +94,27 @@ class Score:
 
     @property
     def said_aim(self) -> str:
-        """Return the aim, and whether it is missed."""
+        """Return the aim as text, marked if it is missed."""
         return self.unit.text(self.aim) + ('' if self.is_met else ', missed')
 
 
 @dataclass(frozen=True)
 class Column:
-    """The same score of each row of a report: ``source`` is its key, or makes it of the row."""
+    """One score of each row of a report; ``source`` is its key or computes it from the row."""
 
     title: str
     source: str | Callable[[Row], Any]
     unit: Unit = Units.COUNT
 
     def score(self, row: Row) -> Score:
-        """Return a row's score; KeyError where the row has none."""
+        """Return the score of a row; KeyError if the row has none."""
         value = row[self.source] if isinstance(self.source, str) else self.source(row)
         return Score(self.title, value, self.unit)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Titles, rows of cells, and perhaps a sentence below."""
+    """Titles, rows of cells, and an optional sentence below."""
 
     titles: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -122,20 +122,20 @@ class Table:
 
     @classmethod
     def of(cls, columns: Sequence[Column], rows: Iterable[Row], note: str = '') -> Self:
-        """Return the scores of a report's rows."""
+        """Return a table of the rows of a report."""
         titles = [column.unit.title(column.title) for column in columns]
         cells = [[str(column.score(row)) for column in columns] for row in rows]
         return cls(titles, cells, note)
 
     @classmethod
     def of_scores(cls, rows: Sequence[Sequence[Score]]) -> Self:
-        """Return scores, the same ones in each row, which is at least one."""
+        """Return a table of scores; all rows, at least one, hold the same scores."""
         titles = [score.unit.title(score.name) for score in rows[0]]
         return cls(titles, [[str(score) for score in row] for row in rows])
 
     @classmethod
     def of_aims(cls, scores: Sequence[Score]) -> Self:
-        """Return scores one below the other, each with its aim and whether that is met."""
+        """Return a table with one score per row, its aim, and whether the aim is met."""
         rows = [
             [
                 score.name,
@@ -148,7 +148,7 @@ class Table:
         return cls(('what', 'measured', 'aim', ''), rows)
 
     def markdown(self) -> str:
-        """Return it as pages have it."""
+        """Return the table as Markdown."""
         lines = [self.titles, ['---'] * len(self.titles), *self.rows]
         written = '\n'.join(f'| {" | ".join(cells)} |' for cells in lines)
         table = re.sub(r'\|  (?=\|)', '| ', written)
@@ -156,41 +156,41 @@ class Table:
 
 
 Figures = tuple[dict[str, Table], dict[str, str]]
-"""Tables that pages have of a benchmark, and what their sentences say, by name."""
+"""Tables and inline figures of a benchmark for the documentation, by name."""
 
 REPORTS = 'reports'
-"""Where the reports of several runs are, put together as one."""
+"""Key of a merged report for the reports of the single runs."""
 
 
 def reports_of(report: Row) -> Sequence[Row]:
-    """Return the reports of all runs that were put together, or the only one."""
+    """Return the reports of all merged runs, or the only report."""
     several: Sequence[Row] = report.get(REPORTS, [report])
     return several
 
 
 def columns(unit: Unit, titles: Mapping[str, str]) -> list[Column]:
-    """Return columns of one unit, their titles by key."""
+    """Return columns of one unit; ``titles`` are by key."""
     return [Column(title, key, unit) for key, title in titles.items()]
 
 
 def named(rows: Mapping[str, Row], pattern: str = '{}') -> Iterator[dict[str, Any]]:
-    """Yield rows with their names, in a ``pattern``, as ``name``."""
+    """Yield the rows with their name, formatted by ``pattern``, as ``name``."""
     for name, row in rows.items():
         yield {**row, 'name': pattern.format(name)}
 
 
 def together(*scores: tuple[str, Unit]) -> Callable[[Row], str]:
-    """Return what makes one cell of several scores: of those that are known."""
+    """Return a function that joins several scores in one cell; unknown ones are omitted."""
     return lambda row: ', '.join(filter(None, (unit.text(row[key]) for key, unit in scores)))
 
 
 def of(hits: str, cases: str) -> Callable[[Row], str]:
-    """Return what makes ``3 of 7`` of two counts."""
+    """Return a function that formats two counts as ``3 of 7``."""
     return lambda row: f'{row[hits]} of {row[cases]}'
 
 
 def share_of(share: str, cases: str) -> Callable[[Row], Any]:
-    """Return what makes ``3 of 7`` of a share and a count; nothing of an unknown share."""
+    """Return a function that formats a share and a count as ``3 of 7``; None if unknown."""
 
     def text(row: Row) -> Any:
         hits = None if row[share] is None else round(row[share] * row[cases])

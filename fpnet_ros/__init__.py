@@ -4,5 +4,5 @@
 
 import os
 
-# The products of a tick are small: OpenBLAS's threads would wait for each other on a busy robot.
+# Matrix products of an update are small: on a busy robot OpenBLAS's threads would only wait.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

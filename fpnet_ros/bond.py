@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The robot's side of Nav2's bond: a heartbeat by which a lifecycle manager sees who is alive."""
+"""Heartbeat of a managed node on ``bond``, as Nav2's lifecycle manager expects it."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _PERIOD_S, _TIMEOUT_S = 0.25, 4.0
 
 class Bond:
     """
-    Says on ``bond`` that a node is active, as long as it is.
+    Publishes on ``bond`` while a node is active.
 
-    The protocol of bondcpp, as far as the watched side needs it: the manager holds the bond by
-    what it hears from here, whatever it says itself. Nobody listens, as every node of Nav2 and its
-    manager speak ten times a second on that one topic.
+    This is the watched side of bondcpp's protocol: the manager keeps the bond as long as it
+    receives this heartbeat. The class does not subscribe, because every node of Nav2 and its
+    manager publish ten times a second on that one topic.
 
     Parameters
     ----------
     node
-        Its name is that of the bond, as in the manager's ``node_names``.
+        The node; its name is the bond's, as in the manager's ``node_names``.
     """
 
     def __init__(self, node: Node) -> None:
@@ -39,18 +39,18 @@ class Bond:
         self._timer: Any = None
 
     def form(self) -> None:
-        """Begin a new bond."""
+        """Start a new bond."""
         self._instance = str(uuid4())
-        steady = Clock(clock_type=ClockType.STEADY_TIME)  # a paused simulation is alive
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may be paused
         self._timer = self._node.create_timer(_PERIOD_S, self._beat, clock=steady)
         self._beat()
 
     def dissolve(self) -> None:
-        """End it in good order, where there is one: the manager need not wait for its death."""
+        """End the bond, if any, so that the manager does not wait for its timeout."""
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
             self._timer = None
-            if self._node.context.ok():  # else nobody can be told any more
+            if self._node.context.ok():  # otherwise publishing would fail
                 self._beat()
 
     def _beat(self) -> None:

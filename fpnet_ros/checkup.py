@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor inside a running node: checks of what passes through it anyway."""
+"""Checks of ``fpnet doctor`` on the messages that a running node receives anyway."""
 
 from __future__ import annotations
 
@@ -35,37 +35,37 @@ from fpnet_ros.runtime import STALE_INPUT_S, TF_STATIC, sensor_data
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 
 DOCTOR = 'fpnet_doctor'
-"""Name of the node that only listens."""
+"""Name of the node of ``fpnet doctor``, which only subscribes."""
 
 # Chosen, not measured:
-_DISCOVERY_S = 5.0  # until publishers that are there are known
-_SWEEPS = 5  # that tell how the scanner is mounted
-_POINTS = 2000  # of each
-_STAMPS = 10
-_TF_QUEUE = 100  # messages of TF that may wait
-_TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two that are looked at; of what was heard
+_DISCOVERY_S = 5.0  # until existing publishers are discovered
+_SWEEPS = 5  # checked for the mount of the scanner
+_POINTS = 2000  # of each sweep
+_STAMPS = 10  # of scans, compared with the clock
+_TF_QUEUE = 100  # TF messages that may wait
+_TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two checked messages; of received transforms
 _BASE, _SENSOR = 'base', 'sensor'
 _EMPTY = SeenScan(_SENSOR, 0, np.zeros((0, 3), dtype=np.float32), None)
 
 
 class SweepCheckup:
     """
-    Looks at the first cloud that odometry registers: it alone sees times of points.
+    Checks the first cloud of the odometry node, which alone reads the times of points.
 
-    For the diagnostics: in the log whoever stamps the sweeps says what it assumes without times.
+    The findings go to the diagnostics only: ``SweepStamps`` logs its assumptions without times.
 
     Parameters
     ----------
     topic
-        Of the clouds.
+        Topic of the clouds.
     """
 
     def __init__(self, topic: str) -> None:
         self._topic = topic
-        self.findings: list[Finding] | None = None  # until a cloud was seen
+        self.findings: list[Finding] | None = None  # None before the first cloud
 
     def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
-        """Take a cloud ``(P, 3)`` [m] and its times ``(P,)``."""
+        """Check the first non-empty cloud: points ``(P, 3)`` [m], times ``(P,)`` [s]."""
         if self.findings is None and len(points):
             sweep = SeenScan(_SENSOR, 0, points, time_s)
             seen = Observed(0.0, (), self._topic, sweeps=(sweep,))
@@ -74,33 +74,33 @@ class SweepCheckup:
 
 class Checkup:
     """
-    Looks at topics, clocks, TF and the scanner of one localizer, and says each fault once.
+    Checks topics, clocks, TF and the scanner of one localizer, and logs each fault once.
 
     Parameters
     ----------
     node
-        Whose topics these are; its publishers and QoS are looked up.
+        The localizer's node, whose topics are checked for publishers and QoS.
     inputs
-        Topics and message types of scans and poses, as resolved; the first is the scans'.
+        Message type by resolved topic of scans and poses; the topic of scans comes first.
     """
 
     def __init__(self, node: ManagedNode, inputs: dict[str, str]) -> None:
         self._node = node
         self._topics = {**inputs, node.resolve_topic_name('floorplan'): GRID}
         self._scans = next(iter(inputs))
-        self._heard = {CLOCK_TOPIC: CLOCK}  # beside the inputs; nothing is amiss without them
+        self._heard = {CLOCK_TOPIC: CLOCK}  # optional: no fault if they are missing
         self._begun_s = time.monotonic()
-        self._published: set[str] = set()  # topics that somebody has published
-        self._told: set[tuple[str, str]] = set()
-        self._lock = Lock()  # scans come in another thread
+        self._published: set[str] = set()  # topics that have had a publisher
+        self._logged: set[tuple[str, str]] = set()
+        self._lock = Lock()  # look() runs in the thread that adds scans
         self._sweeps: list[SeenScan] = []
         self._mount: NDArray[np.float64] | None = None
-        self._of_scanner: list[Finding] | None = None
+        self._scanner_found: list[Finding] | None = None
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_STAMPS)
         self._transforms: dict[tuple[str, str], tuple[Transform, float]] = {}
         self._looked_s = -math.inf
         self._is_blind = False
-        self._returned_s: float | None = None  # when a scan had a return, or the first one came
+        self._returned_s: float | None = None  # of the last scan with a return, or the first
         if TFMessage is not None:
             self._heard |= {
                 node.resolve_topic_name(name): TRANSFORMS for name in (TF_TOPIC, TF_STATIC_TOPIC)
@@ -110,13 +110,13 @@ class Checkup:
             add(TF_STATIC_TOPIC, self._on_static, TF_STATIC)
 
     def hear(self, stamp_ns: int) -> None:
-        """Take a scan's stamp when it comes: how long it waits to be added is no clock's fault."""
+        """Note a scan's stamp on arrival, before it waits: the wait is not a clock offset."""
         now_ns = self._node.get_clock().now().nanoseconds
-        if now_ns:  # else nobody has published /clock yet
+        if now_ns:  # 0 before the first /clock
             self._stamps.append((stamp_ns, now_ns))
 
     def look(self, scan: LocatedScan, points: NDArray[np.float32]) -> None:
-        """Take whether scans have returns; of the first ones the points and the sensor's place."""
+        """Note whether a scan has returns; keep the first sweeps and the sensor's mount."""
         with self._lock:
             if len(points) or self._returned_s is None:
                 self._returned_s = time.monotonic()
@@ -131,38 +131,38 @@ class Checkup:
                 self._mount = np.linalg.inv(scan.T_odom_base) @ scan.T_odom_sensor
 
     def findings(self) -> list[Finding]:
-        """Return what is wrong by now; what is new is logged with what to do."""
+        """Return all current findings; log new ones with their remedies."""
         seen = self._observed()
         checks = (check_qos, check_tree, check_clocks)
         found = [finding for check in checks for finding in check(seen)]
-        found += self._found_of_scanner(seen)
+        found += self._scanner_findings(seen)
         if self._is_blind:
             found += check_returns(replace(seen, sweeps=(_EMPTY,)))
         if self._is_settled:
             found += check_time(seen)
         found += self._unpublished(seen)
         for finding in found:
-            if (key := (finding.problem, finding.where)) not in self._told:
-                self._told.add(key)
+            if (key := (finding.problem, finding.where)) not in self._logged:
+                self._logged.add(key)
                 said = printable(f'{finding.said}; next: {finding.next}')
                 self._node.get_logger().warning(said)
         return found
 
-    def _found_of_scanner(self, seen: Observed) -> list[Finding]:
-        """Return what is wrong with the scanner and its mount: they are looked at once."""
-        if self._of_scanner is None:
+    def _scanner_findings(self, seen: Observed) -> list[Finding]:
+        """Return the findings about the scanner and its mount, which are checked once."""
+        if self._scanner_found is None:
             if len(seen.sweeps) < _SWEEPS:
                 return []
-            self._of_scanner = [*check_unit(seen), *check_mount(seen)]
-        return self._of_scanner
+            self._scanner_found = [*check_unit(seen), *check_mount(seen)]
+        return self._scanner_found
 
     @property
     def _is_settled(self) -> bool:
-        """Whether publishers that are there are known."""
+        """Whether existing publishers have been discovered."""
         return time.monotonic() - self._begun_s >= _DISCOVERY_S
 
     def _unpublished(self, seen: Observed) -> list[Finding]:
-        """Return the inputs that nobody publishes, each with what there is of its kind."""
+        """Return a finding for each unpublished input; it names topics of the same type."""
         self._published |= {topic.name for topic in seen.topics if topic.offers}
         missing = [
             topic
@@ -222,7 +222,7 @@ class Checkup:
         self._take_transforms(data, is_static=True)
 
     def _on_tf(self, data: bytes) -> None:
-        # Some of many: whoever overwrites a frame does so again and again.
+        # A sample suffices: a node that overwrites a frame does so repeatedly.
         now_s = time.monotonic()
         if now_s - self._looked_s >= _TF_PERIOD_S:
             self._looked_s = now_s
@@ -233,10 +233,10 @@ class Checkup:
             for each in heard_transforms(deserialize_message(data, TFMessage), is_static):
                 self._transforms[each.parent, each.child] = each, time.monotonic()
         except ValueError:
-            return  # whoever looks it up says so
+            return  # the lookup of the transform reports it
 
     def _heard_transforms(self) -> list[Transform]:
-        """Return those that are static, or came lately."""
+        """Return static transforms and those received within ``_TF_MEMORY_S``."""
         oldest_s = time.monotonic() - _TF_MEMORY_S
         return [
             each
@@ -246,7 +246,7 @@ class Checkup:
 
 
 def offers_of(endpoints: Iterable[TopicEndpointInfo]) -> tuple[Offer, ...]:
-    """Return the QoS of publishers or subscribers, each with the name of its node."""
+    """Return QoS and node name of publishers or subscribers, without ``fpnet doctor``'s own."""
     return tuple(_offer(each) for each in endpoints if each.node_name != DOCTOR)
 
 
@@ -258,7 +258,7 @@ def _offer(endpoint: TopicEndpointInfo) -> Offer:
 
 
 def findings_to_msg(name: str, findings: Sequence[Finding]) -> Any:
-    """Return the DiagnosticStatus of a node's doctor: what is wrong, each with what to do."""
+    """Return a DiagnosticStatus with a node's findings and their remedies."""
     return named_status_to_msg(
         WARN if findings else OK,
         f'{name}: doctor',

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Run the whole path over a recording: every part a process of its own, over real DDS.
+Program that runs all nodes over a recording, each in a process of its own, over DDS.
 
-``fpnet demo`` runs this program between simulating the recording and judging the result, as the
-core knows no ROS. It starts ``floorplan_server``, ``odometry``, ``localizer`` and ``replay`` in a
-private ROS domain, listens to ``/floorplan_pose`` like any user of the localizer, and writes
+``fpnet demo`` simulates the recording, runs this program and evaluates the result; it is a
+separate program because the core imports no ROS. It starts ``floorplan_server``, ``odometry``,
+``localizer`` and ``replay`` in a private ROS domain, subscribes to ``/floorplan_pose``, and writes
 
-- ``poses.tum``: every published pose, floorplan frame;
-- ``session.json``: what the localizer said after each tick, and counts of scans;
-- ``last_tick.npz``: the localizer's last tick;
-- ``log/*.log``: what each process printed.
+- ``poses.tum``: every published pose, in the frame of the floorplan;
+- ``session.json``: the localizer's status after each update, and counts of scans;
+- ``last_tick.npz``: the localizer's last update;
+- ``log/*.log``: the output of each process.
 """
 
 from __future__ import annotations
@@ -42,21 +42,21 @@ from fpnet_ros.processes import (
 from fpnet_ros.wiring import wired
 
 # Chosen, not measured:
-_READY_S = 300.0  # after an installation the localizer compiles first
-_QUIET_S = 5.0  # after the last cloud, odometry is done when it has been quiet for so long
+_READY_S = 300.0  # the first start after an installation compiles
+_QUIET_S = 5.0  # odometry without output for this long after the last cloud is done
 _STALLED_S = 90.0
 _POLL_S = 0.1
-_MAX_AHEAD = 20  # scans; a slow machine takes longer, but gives the same result
+_MAX_AHEAD = 20  # scans; a slow machine then plays slower and gives the same result
 
 
 @dataclass(frozen=True)
 class SessionOptions:
     """
-    What to run.
+    Options of a session.
 
     ``bag`` holds one topic of clouds or of laser scans; ``out`` is the folder for results and
     logs; ``rate`` is in recorded seconds per second; ``params_file`` configures every node, None
-    takes the defaults.
+    uses the defaults.
     """
 
     bag: Path
@@ -67,7 +67,7 @@ class SessionOptions:
 
 
 class _Topic(NamedTuple):
-    """The scans of a recording."""
+    """Topic of the scans in a recording."""
 
     name: str
     is_laser: bool
@@ -76,37 +76,37 @@ class _Topic(NamedTuple):
 
 class Interruption:
     """
-    Keeps SIGINT and SIGTERM until the session looks.
+    Defers SIGINT and SIGTERM until the session checks for them.
 
-    An exception out of the blue could end a destructor instead of the session, or leave the
-    middleware half made.
+    An exception at an arbitrary point could be lost in a destructor, or leave the middleware half
+    initialized.
     """
 
     def __init__(self) -> None:
-        self._is_asked = False
+        self._is_signalled = False
         self._parent = os.getppid()
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
+            signal.signal(number, self._on_signal)
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a signal has come, or the parent has ended."""
-        if self._is_asked or os.getppid() != self._parent:
+        if self._is_signalled or os.getppid() != self._parent:
             raise KeyboardInterrupt
 
-    def _ask(self, _number: int, _frame: FrameType | None) -> None:
-        self._is_asked = True
+    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self._is_signalled = True
 
 
 def run_session(options: SessionOptions, interruption: Interruption) -> None:
     """
-    Run the nodes over the recording until it is played and worked off, and write the results.
+    Run the nodes until the recording is played and processed, and write the results.
 
     Raises
     ------
     FpnetError
-        If the recording has no scans, or a node dies or falls silent.
+        If the recording has no scans, or a node dies or stops publishing.
     KeyboardInterrupt
-        Where it was interrupted, after every node has ended.
+        If interrupted, after every node has ended.
     """
     topic = _scan_topic(options.bag)
     domain_id = free_domain_id()
@@ -127,7 +127,7 @@ def run_session(options: SessionOptions, interruption: Interruption) -> None:
 
 
 def _scan_topic(path: Path) -> _Topic:
-    """Return the topic of a recording's clouds, or else of its laser scans."""
+    """Return the topic of a recording's clouds, or of its laser scans if it has no clouds."""
     with BagReader(path) as bag:
         for kind in (POINT_CLOUD, LASER_SCAN):
             topics = [topic for topic, msgtype in bag.topics.items() if msgtype == kind]
@@ -136,12 +136,12 @@ def _scan_topic(path: Path) -> _Topic:
             if topics:
                 break
         raise BagFormatError(
-            f'bag {path} has {len(topics)} topics of scans, expected one; record one lidar'
+            f'bag {path} has {len(topics)} scan topics, expected one; record one lidar'
         )
 
 
 def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: _Topic) -> None:
-    # Reliable, as the result shall not depend on how much shared memory this machine has.
+    # Reliable, so that the result does not depend on this machine's shared memory.
     reliable = 'qos_overrides.{}.subscription.reliability'
     waiting = {'max_pending_scans': 2 * _MAX_AHEAD}
     more = {
@@ -162,7 +162,7 @@ def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: 
 
 
 def _replay_command(options: SessionOptions, topic: str) -> list[str]:
-    # Only the scans: whatever else the recording holds, the true poses above all, stays in it.
+    # Scans only: the recording also holds the true poses, which no node may receive.
     parameters = {
         'bag': str(options.bag),
         'topics': [topic],
@@ -187,7 +187,7 @@ def _wait_until(
 def _follow(
     monitor: Monitor, spin: Callable[[], None], group: ProcessGroup, replay: Child
 ) -> None:
-    """Return when the recording is played and odometry has worked it off."""
+    """Wait until the recording is played and odometry has processed it."""
     started_s = time.monotonic()
     while True:
         spin()
@@ -210,7 +210,7 @@ def _parse(arguments: Sequence[str] | None) -> SessionOptions:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program; returns 0, 1 on a known error, 130 where it was interrupted."""
+    """Run the program; return 0, 1 on a known error, or 130 if interrupted."""
     options, interruption = _parse(arguments), Interruption()
     try:
         run_session(options, interruption)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet doctor`` on a running robot: listen for a while, hand over what was heard."""
+"""Recording of the topics of a running robot for ``fpnet doctor``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fpnet_ros.checkup import DOCTOR, offers_of
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF_STATIC, sensor_data
 
-_DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # until everybody has found everybody, and scans; chosen
+_DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # for discovery; for the first topic of scans; chosen
 _POLL_S = 0.1  # numerical
 _QUEUE = 10  # scans; chosen
 _KINDS = {
@@ -37,7 +37,7 @@ _KINDS = {
 
 
 def listen(seconds: float, scans: str = '', odometry: str = '') -> Observed:
-    """Return what is heard of scans, odometry and TF; empty names take what nodes listen to."""
+    """Return recorded scans, odometry and TF; empty names: the topics with subscribers."""
     context = rclpy.Context()
     rclpy.init(context=context)
     try:
@@ -64,12 +64,12 @@ def _spin(
 
 class Listener:
     """
-    Subscribes through a node, as undemandingly as can be: everybody can be heard.
+    Subscribes to the checked topics, with QoS that matches every publisher.
 
     Parameters
     ----------
     node
-        Follows ``/clock`` where somebody publishes it, as the robot's nodes then should.
+        Set to simulated time if ``/clock`` has a publisher, as the robot's nodes should be.
     """
 
     def __init__(self, node: Node) -> None:
@@ -77,42 +77,42 @@ class Listener:
         self._observer = Observer({})
 
     def start(self, scans: str, odometry: str) -> None:
-        """Begin to listen, once the graph is known."""
+        """Subscribe; call it after discovery."""
         node = self._node
         types = self._types()
         if node.count_publishers(CLOCK_TOPIC):
             node.set_parameters([Parameter('use_sim_time', value=True)])
-        asked = {name: kind for name, kind in types.items() if self._is_asked_for(name)}
+        subscribed = {name: kind for name, kind in types.items() if self._has_subscriber(name)}
         self._observer = Observer(
             types,
-            scans or likeliest_scans(asked) or likeliest_scans(types),
-            odometry or likeliest_odometry(asked) or likeliest_odometry(types) or None,
+            scans or likeliest_scans(subscribed) or likeliest_scans(types),
+            odometry or likeliest_odometry(subscribed) or likeliest_odometry(types) or None,
         )
         for name in self._observer.topics:
             depth = ODOMETRY_QUEUE if types[name] in (IMU, ODOMETRY) else _QUEUE
             qos = TF_STATIC if name.endswith(TF_STATIC_TOPIC) else sensor_data(depth)
             take = partial(self._take, name)
-            if (kind := _KINDS.get(types[name])) is not None:  # without tf2_msgs there is no TF
+            if (kind := _KINDS.get(types[name])) is not None:  # None for TF without tf2_msgs
                 node.create_subscription(kind, name, take, qos)
 
     def sees_scans(self) -> bool:
-        """Tell whether somebody publishes scans."""
+        """Return whether a topic of scans has a publisher."""
         return any(
             likeliest_scans({name: kind}) and self._node.count_publishers(name)
             for name, kind in self._types().items()
         )
 
     def observed(self, seconds: float) -> Observed:
-        """Return what was heard by now."""
+        """Return everything received so far."""
         wanted = self._observer.wanted((ODOMETRY, GRID), (*self._observer.tf, CLOCK_TOPIC))
         offers = {n: offers_of(self._node.get_publishers_info_by_topic(n)) for n in wanted}
-        asked = {n: offers_of(self._node.get_subscriptions_info_by_topic(n)) for n in wanted}
-        return self._observer.observed(seconds, offers, asked, is_live=True)
+        subscribed = {n: offers_of(self._node.get_subscriptions_info_by_topic(n)) for n in wanted}
+        return self._observer.observed(seconds, offers, subscribed, is_live=True)
 
     def _types(self) -> dict[str, str]:
         return {name: kinds[0] for name, kinds in self._node.get_topic_names_and_types()}
 
-    def _is_asked_for(self, name: str) -> bool:
+    def _has_subscriber(self, name: str) -> bool:
         return bool(offers_of(self._node.get_subscriptions_info_by_topic(name)))
 
     def _take(self, name: str, message: Any) -> None:

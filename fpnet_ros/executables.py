@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What ``ros2 run fpnet_ros`` starts; ``python -m fpnet_ros.executables NAME`` does the same."""
+"""Entry points of ``ros2 run fpnet_ros`` and ``python -m fpnet_ros.executables NAME``."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import sys
 
 
 def localizer() -> int:
-    """Run the localizer; returns the exit status."""
+    """Run the localizer and return the exit status."""
     return _run('localizer')
 
 
 def odometry() -> int:
-    """Run the odometry; returns the exit status."""
+    """Run the odometry and return the exit status."""
     return _run('odometry')
 
 
 def floorplan_server() -> int:
-    """Run the floorplan server; returns the exit status."""
+    """Run the floorplan server and return the exit status."""
     return _run('floorplan_server')
 
 
 def replay() -> int:
-    """Run the replay of a recording; returns the exit status."""
+    """Run the replay of a recording and return the exit status."""
     return _run('replay')
 
 
@@ -33,8 +33,8 @@ def _run(name: str) -> int:
     """
     Import a node's module and run it.
 
-    The imports take a second. A signal ends the process there as it does any other program's, and
-    not in Python's traceback; the node has handlers of its own from its first line on.
+    The imports take a second. During that time signals have their default action and end the
+    process without a traceback; the node then installs its own handlers.
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)

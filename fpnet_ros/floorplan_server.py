@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Publish a floorplan file as a latched OccupancyGrid, as map_server does."""
+"""Node that publishes a floorplan file as a latched OccupancyGrid, like map_server."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from msg_adapters.scales import GridScale, scale_to_msg
 
 
 class FloorplanServerParameters(Section):
-    """What to publish, and under which frame."""
+    """Parameters of the floorplan server: the file to publish and its frame."""
 
     floorplan: str = Field(
         '', description='Map YAML of map_server, or a drawing: image, PDF, SVG, DXF.'
     )
     resolution_m: float = Field(
-        0.0, ge=0.0, description='Metres per pixel of a drawing; 0: as it says, or estimated.'
+        0.0, ge=0.0, description='Metres per pixel of a drawing; 0: as stated, or estimated.'
     )
-    storey: int = Field(0, ge=0, description='Of several on one sheet, from 1; 0: the largest.')
-    page: int = Field(0, ge=0, description='Of a PDF, from 1; 0: the likeliest one.')
+    storey: int = Field(0, ge=0, description='Floor on the sheet, from 1; 0: the largest.')
+    page: int = Field(0, ge=0, description='Page of a PDF, from 1; 0: the likeliest one.')
     frame_id: str = Field('floorplan', description='Frame of the published grid.')
 
 
 class FloorplanServer(ManagedNode):
     """
-    Publishes ``floorplan`` once; late subscribers get it too.
+    Publishes ``floorplan`` once, latched.
 
-    ``~/reload`` reads the file again, another one where the parameter was changed.
+    ``~/reload`` reads the file again, with the current parameters.
     """
 
     def __init__(self) -> None:
@@ -55,14 +55,14 @@ class FloorplanServer(ManagedNode):
         )
 
     def configure(self) -> None:
-        """Read the floorplan; a missing or bad one is an FpnetError."""
+        """Read the floorplan; raise FpnetError if it is missing or unreadable."""
         self._reading = self._read()
         self._scale_publisher = self.add_publisher(DiagnosticArray, SCALE_TOPIC, LATCHED)
         self._publisher = self.add_publisher(OccupancyGrid, 'floorplan', LATCHED)
         self.add_service(Trigger, '~/reload', self._on_reload)
 
     def activate(self) -> None:
-        """Publish it."""
+        """Publish the floorplan."""
         self._publish()
 
     def _read(self) -> Reading:
@@ -78,11 +78,11 @@ class FloorplanServer(ManagedNode):
         if reading.accepted:
             self.get_logger().info(f'{reading.drawing.name} is accepted: {reading.accepted}')
         for doubt in () if reading.accepted else reading.doubts:
-            self.get_logger().warning(f'doubt about how {reading.drawing.name} was read: {doubt}')
+            self.get_logger().warning(f'parser warning for {reading.drawing.name}: {doubt}')
         if not reading.scale.is_known:
             self.get_logger().warning(
-                f'{said_of_scale(reading.scale)}: nobody states it, and the localizer is told so; '
-                'resolution_m states it'
+                f'{said_of_scale(reading.scale)}; the localizer will search the scale; '
+                'set resolution_m if you know it'
             )
         return reading
 
@@ -106,7 +106,7 @@ class FloorplanServer(ManagedNode):
             self._reading = self._read()
         except FpnetError as error:
             response.message = one_line(error)
-            self.get_logger().error(f'{response.message}; the old floorplan stays')
+            self.get_logger().error(f'{response.message}; the previous floorplan stays')
             return response
         self._publish()
         response.success, response.message = True, f'read {self._settings.value.floorplan}'
@@ -114,5 +114,5 @@ class FloorplanServer(ManagedNode):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node; returns the exit status."""
+    """Run the node and return the exit status."""
     return run_managed(FloorplanServer, arguments)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floorplans as they come, each with what its publisher knows of its scale."""
+"""Floorplans received as messages, paired with the interval of their scale."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from msg_adapters.scales import GridScale, scale_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
 SCALE_TOPIC = 'floorplan_scale'
-"""Given: of the companion to ``floorplan``."""
+"""Given: topic with the scale of ``floorplan``."""
 
 
 class ServedPlan(NamedTuple):
-    """A floorplan, the frame that it is in, and what is known of its scale."""
+    """A floorplan, its frame and the interval of its scale."""
 
     grid: GridMap
     frame_id: str
@@ -38,17 +38,17 @@ class ServedPlan(NamedTuple):
 
     @property
     def said_of_scale(self) -> str:
-        """Return what goes behind the news of it: nothing where its scale is stated."""
+        """Return a suffix for log lines about the floorplan; empty if its scale is stated."""
         return '' if self.scale.is_stated else f'; {self.scale.said}'
 
     def give_to(self, localizer: Localizer, policy: ScalePolicy) -> None:
         """
-        Set the floorplan; one whose scale nobody states is searched for it, unless it is trusted.
+        Set the floorplan; its scale is searched unless it is stated or the policy is ``trusted``.
 
         Raises
         ------
         MapFormatError
-            If it holds no room; the old one stays in force.
+            If it contains no room; the previous floorplan stays.
         """
         if self.scale.is_stated or policy == 'trusted':
             localizer.set_plan(self.grid)
@@ -61,16 +61,16 @@ class FloorplanInput:
     """
     Pairs the grids on ``floorplan`` with the scales on ``floorplan_scale``, by their stamps.
 
-    The scale may come first or second, or never: then the grid's is a stated one. A grid that is
-    published again as it was, as some servers do every few seconds, is no news: the localizer
-    would begin anew.
+    The scale may arrive before or after its grid; without one the grid's resolution counts as
+    stated. An unchanged grid, which some servers publish every few seconds, is ignored: it would
+    restart the localizer.
 
     Parameters
     ----------
     take
-        Takes a floorplan; the same one again where its scale was late, or is another one by now.
+        Called with each new floorplan, and again when its scale arrives late or changes.
     report
-        Takes what is wrong with a message.
+        Called with the error of an unusable message.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class FloorplanInput:
     ) -> None:
         self._take, self._report = take, report
         self._taken: ServedPlan | None = None
-        self._fingerprint = ''  # of what was taken
+        self._fingerprint = ''  # of the floorplan in ``_taken``
         self._scale = GridScale(0)
         node.add_subscription(DiagnosticArray, SCALE_TOPIC, self._on_scale, LATCHED)
         node.add_subscription(OccupancyGrid, 'floorplan', self._on_grid, LATCHED)
@@ -90,25 +90,25 @@ class FloorplanInput:
         frame_id, taken = plain_frame(msg.header.frame_id), self._taken
         try:
             if not frame_id:
-                raise MapFormatError('its header names no frame_id; map_server calls it map')
+                raise MapFormatError('its header has no frame_id; map_server uses map')
             grid = grid_from_msg(msg)
             grid = grid.cropped(*known_window(grid.cells != UNKNOWN))
         except FpnetError as error:
-            kept = '; the one before it stays' if taken is not None else ''
+            kept = '; the previous floorplan stays' if taken is not None else ''
             self._report(MapFormatError(f'the floorplan was refused: {error}{kept}'))
             return
         stamp_ns = stamp_from_msg(msg.header.stamp)
         fingerprint = plan_fingerprint(grid)
         is_known = fingerprint == self._fingerprint
         if taken is not None and is_known and taken.frame_id == frame_id:
-            # Its scale, too, is as it was until somebody says another one.
+            # Its scale is unchanged too, unless a message with the new stamp changes it.
             self._taken = taken._replace(scale=replace(taken.scale, stamp_ns=stamp_ns))
             self._follow_scale()
             return
         is_its = self._scale.stamp_ns == stamp_ns
         scale = self._scale if is_its else GridScale(stamp_ns)
         self._fingerprint = fingerprint
-        self._hand_on(ServedPlan(grid, frame_id, scale))
+        self._pass_on(ServedPlan(grid, frame_id, scale))
 
     def _on_scale(self, msg: DiagnosticArray) -> None:
         try:
@@ -119,11 +119,11 @@ class FloorplanInput:
         self._follow_scale()
 
     def _follow_scale(self) -> None:
-        """Hand the floorplan on again where the scale that goes with it is another one."""
+        """Pass the floorplan on again if its scale has changed."""
         taken, scale = self._taken, self._scale
         if taken and taken.scale.stamp_ns == scale.stamp_ns and taken.scale != scale:
-            self._hand_on(taken._replace(scale=scale))
+            self._pass_on(taken._replace(scale=scale))
 
-    def _hand_on(self, plan: ServedPlan) -> None:
+    def _pass_on(self, plan: ServedPlan) -> None:
         self._taken = plan
         self._take(plan)

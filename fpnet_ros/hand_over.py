@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Tell AMCL where the robot is, once."""
+"""Handover of the first pose to AMCL."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from fpnet_ros.runtime import STREAM
 
 class HandOver:
     """
-    Publishes ``initialpose``: the first pose that is claimed, and again where somebody asks.
+    Publishes the first accepted pose on ``initialpose``, and another one on request.
 
-    A pose that kept coming would scatter AMCL's particles every time.
+    Every pose on ``initialpose`` scatters AMCL's particles, so it is not repeated.
     """
 
     def __init__(self, node: ManagedNode) -> None:
@@ -25,15 +25,15 @@ class HandOver:
         self._is_due, self._was_heard = True, False
 
     def again(self) -> None:
-        """Hand over the next pose that is claimed, too."""
+        """Hand over the next accepted pose as well."""
         self._is_due = True
 
     def follow(self, pose: Any) -> None:
-        """Take the pose with covariance that is claimed, None: none; called about every second."""
-        # Who has just subscribed knows us, and is known, but the other way round it may take.
+        """Publish the accepted pose if due; None: there is none. Called about every second."""
+        # Discovery is mutual: wait one more call until a new subscriber also knows this publisher.
         was_heard, self._was_heard = self._was_heard, self._publisher.get_subscription_count() > 0
         if pose is not None and self._is_due and was_heard and self._was_heard:
             self._is_due = False
             self._publisher.publish(pose)
             at = pose.pose.pose.position
-            self._logger.info(f'handed over: the robot is at ({at.x:.2f}, {at.y:.2f})')
+            self._logger.info(f'handed over to AMCL: the robot is at ({at.x:.2f}, {at.y:.2f})')

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The gyroscope of an IMU, which says how a lidar turned from one sweep to the next."""
+"""Gyroscope of an IMU: rotation of the lidar between sweeps."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from fpnet_ros.runtime import ODOMETRY_QUEUE, sensor_data
 from msg_adapters.imu import rate_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
-_KEPT_NS = 5 * NS_PER_S  # chosen: sweeps wait no longer
-_LATE_S = 0.05  # chosen: rates of a sweep's end come within some messages
-_SILENT_S = 0.5  # chosen: whoever has said nothing for so long is not waited for
+_KEPT_NS = 5 * NS_PER_S  # chosen: sweeps do not wait longer
+_LATE_S = 0.05  # chosen: rates up to a sweep's end arrive within a few messages
+_SILENT_S = 0.5  # chosen: an IMU silent for longer is not waited for
 
 
 class GyroInput:
     """
-    Orientations of a sensor by its IMU, for another thread than the executor's.
+    Orientations of a sensor from an IMU; another thread than the executor's may query them.
 
     Parameters
     ----------
     subscribe
-        Makes a subscription: message class, topic, callback, QoS.
+        Creates a subscription from message class, topic, callback and QoS.
     tree
-        Where the IMU is on the robot.
+        Transforms with the mounts of IMU and sensor.
     report
-        Takes what is wrong with messages.
+        Called with the error of an unusable message.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class GyroInput:
         subscribe(Imu, 'imu', self._on_imu, sensor_data(ODOMETRY_QUEUE))
 
     def orientation(self, sensor: str, stamp_ns: int) -> NDArray[np.float64] | None:
-        """Return ``R_start_sensor (3, 3)`` at a time, None where nobody knows; waits a moment."""
+        """Return ``R_start_sensor (3, 3)`` at a time; None if unknown after a short wait."""
         with self._changed:
             if time.monotonic() - self.heard_s < _SILENT_S:
                 self._changed.wait_for(lambda: self._track.newest_ns >= stamp_ns, _LATE_S)

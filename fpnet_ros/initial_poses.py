@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Somebody's word on where the robot is: by topic, by service, or by parameters at the start."""
+"""Pose hints from a topic, a service, or parameters at the start."""
 
 from __future__ import annotations
 
@@ -22,41 +22,41 @@ from fpnet_ros.runtime import one_line
 from msg_adapters.poses import StampedPose, UncertainPose, uncertain_pose_from_msg
 
 _SIGMA_M, _SIGMA_RAD = 0.5, np.pi / 12.0
-"""Given: what AMCL takes for the doubt about the pose in its parameters."""
+"""Given: AMCL's standard deviations of the initial pose in its parameters."""
 
 
 class InitialPose(Section):
-    """Where the robot is when it starts, named as AMCL's."""
+    """Pose of the robot at the start; names as in AMCL."""
 
-    x: float = Field(0.0, description='Where the robot is at the start, in map_frame [m].')
-    y: float = Field(0.0, description='Where the robot is at the start, in map_frame [m].')
-    yaw: float = Field(0.0, description='Its heading at the start [rad].')
+    x: float = Field(0.0, description='Position at the start, in map_frame [m].')
+    y: float = Field(0.0, description='Position at the start, in map_frame [m].')
+    yaw: float = Field(0.0, description='Heading at the start, in map_frame [rad].')
 
     def in_frame(self, frame_id: str) -> UncertainPose:
-        """Return the pose with AMCL's doubt about it."""
+        """Return the pose with AMCL's default covariance."""
         pose = StampedPose(0, frame_id, SE2.from_xy_yaw(self.x, self.y, self.yaw))
         return UncertainPose(pose, np.diag(np.square([_SIGMA_M, _SIGMA_M, _SIGMA_RAD])))
 
 
 class InitialPoses:
     """
-    Hands words on to the localizer, in the executor's thread.
+    Passes pose hints to the localizer, in the executor's thread.
 
-    One that comes before the first floorplan or scan, which it is counted from, waits for them;
-    the newest counts.
+    A hint refers to a floorplan and a scan. Before the first ones it waits; a newer hint replaces
+    it.
 
     Parameters
     ----------
     situation
-        Returns the frame of the floorplan and the newest scan, None while there is none.
+        Returns the floorplan's frames and the newest scan, each None if there is none yet.
     frame_named
-        Returns the storey whose plan's frame is called so, and that frame; None where none is.
+        Returns storey and frames for the frame of a storey's plan; None for other frames.
     suggest
-        Takes the hint.
+        Passes a hint to the localizer.
     logger
-        The node's: what became of each word is told.
+        The node's logger; it gets a line about each hint.
     first
-        What parameters say.
+        Hint from the parameters, if any.
     """
 
     def __init__(
@@ -72,21 +72,21 @@ class InitialPoses:
         self._waiting = None if first is None else (first, 'parameter initial_pose')
 
     def on_message(self, msg: PoseWithCovarianceStamped, source: str = 'initialpose') -> None:
-        """Take a message; one that cannot be used is rejected with a line."""
+        """Take a hint from a message; log and ignore an unusable one."""
         try:
             self.take(uncertain_pose_from_msg(msg), source)
         except FpnetError as error:
             self._reject(source, error)
 
     def take(self, given: UncertainPose, source: str) -> None:
-        """Take a word; ``source`` names where it is from."""
+        """Take a hint; ``source`` is its name in the log."""
         self._waiting = given, source
         self.follow()
         if self._waiting is not None:
             self._logger.info(f'{source} waits for the first floorplan and the first scan')
 
     def follow(self) -> None:
-        """Use what waits, as soon as there are a floorplan and a scan."""
+        """Use a waiting hint once there are a floorplan and a scan."""
         if self._waiting is None:
             return
         given, source = self._waiting
@@ -101,7 +101,7 @@ class InitialPoses:
             self._reject(source, error)
             return
         self._suggest(replace(hint, storey=storey))
-        self._logger.info('took the initial pose; it counts once the walls agree')
+        self._logger.info('received the initial pose; it takes effect once scans confirm it')
 
     def _reject(self, source: str, error: FpnetError) -> None:
         self._logger.warning(f'{source} was rejected: {one_line(error)}')

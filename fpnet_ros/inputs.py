@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans and where their sensor was: from an odometry topic, from TF, or from both."""
+"""Scans with sensor poses from an odometry topic, from TF, or from both."""
 
 from __future__ import annotations
 
@@ -50,30 +50,30 @@ Array = NDArray[np.float64]
 
 
 class InputParameters(LaserParameters):
-    """Where scans and their poses come from."""
+    """Sources of scans and their poses."""
 
     odometry_source: Literal['topic', 'tf'] = Field(
-        'topic', description='Take poses from kiss/odometry, or from odom_frame in TF.'
+        'topic', description='Source of poses: the topic kiss/odometry, or odom_frame in TF.'
     )
     odom_frame: str = Field(
         '',
-        description='Child of the published TF, where the robot has a tree of its own; empty: the '
-        'frame of the odometry messages.',
+        description='Child of the published transform, if the robot has its own TF tree; empty: '
+        'the frame of the odometry messages.',
     )
     base_frame: str = Field(
-        '', description='Frame whose pose is published; empty: the child of the odometry.'
+        '', description='Frame to localize; empty: the child frame of the odometry.'
     )
     max_pending_scans: int = Field(
-        10, ge=1, le=1000, description='Scans that may wait; then the oldest are dropped.'
+        10, ge=1, le=1000, description='Number of scans that may wait; the oldest are dropped.'
     )
 
 
 @dataclass(frozen=True, eq=False)
 class LocatedScan:
     """
-    A scan and where it was taken; ``T_...`` are those of its placing.
+    A scan with the pose of its sensor.
 
-    ``unpack`` gives its points and takes a while: it is for another thread.
+    ``unpack`` decodes the points, which is slow: call it in another thread.
     """
 
     unpack: Callable[[], CloudArrays]
@@ -82,7 +82,7 @@ class LocatedScan:
 
     @property
     def T_odom_sensor(self) -> Array:
-        """Pose of the frame that the points are in, (4, 4)."""
+        """Pose of the frame of the points, (4, 4)."""
         return self.sensor_pose.T_odom_sensor
 
     @property
@@ -92,7 +92,7 @@ class LocatedScan:
 
 
 class _Waiting(NamedTuple):
-    """A scan without a pose; ``unpack`` takes the motion during the sweep (4, 4)."""
+    """A scan that waits for its pose; ``unpack`` takes the motion during the sweep (4, 4)."""
 
     frame_id: str
     first_ns: int
@@ -101,26 +101,26 @@ class _Waiting(NamedTuple):
 
 class ScanInput:
     """
-    Hands on every scan once its pose is known, in the executor's thread.
+    Passes on every scan once its pose is known, in the executor's thread.
 
-    Clouds without times for their points are unpacked later, in another thread: it takes longer
-    than this one has. The others have to be, as the times tell which pose is wanted.
+    Clouds without point times are decoded later, in another thread, because decoding is slow.
+    Clouds with times are decoded here, because the times determine the stamp of the pose.
 
     Parameters
     ----------
     on_scan
-        Takes the scan with its poses.
+        Called with each located scan.
     on_restart
-        Called where another process publishes the odometry from now on.
+        Called when a new process has begun to publish the odometry.
     report
-        Takes what is wrong with a message.
+        Called with the error of an unusable message.
     scan_stamp
-        What of a sweep the stamp of its cloud is of.
+        Instant of the sweep that the stamp of a cloud gives.
     on_stamp
-        Takes the stamp of every scan that comes, whether its pose will be known or not.
+        Called with the stamp of every received scan, located or not.
 
-    ``past`` counts scans that are no newer than the last one while odometry goes on; ``waits_for``
-    says what the newest scan was without when it came, empty once one with a pose was handed on.
+    ``past`` counts scans no newer than the last one while odometry goes on; ``waits_for`` is what
+    the newest scan lacked on arrival, empty once a located scan was passed on.
     """
 
     def __init__(
@@ -148,8 +148,8 @@ class ScanInput:
         self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
         self._unlocated = self._unreadable = self.past = 0
-        self._handed_ns = 0  # stamp of the last scan that was handed on
-        self._lost_ways = Once(report)
+        self._passed_ns = 0  # stamp of the last scan that was passed on
+        self._drop_log = Once(report)
         self.waits_for = ''
         self._lasers: LaserInput | None = None
         self._listen_to_scans(node, scan_stamp)
@@ -171,7 +171,7 @@ class ScanInput:
                 self._settings.max_pending_scans,
             )
             return
-        # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
+        # KISS-ICP's clouds are registered: no point times, and the stamp is that of the pose.
         is_silent = is_registered(self._resolve(KISS_FRAME))
         say = in_silence if is_silent else node.get_logger().warning
         self._stamps = SweepStamps(scan_stamp, say)
@@ -179,7 +179,7 @@ class ScanInput:
 
     @property
     def ages_s(self) -> dict[str, float]:
-        """Time since each input was last heard, or since the start."""
+        """Time since the last message of each input, or since the start [s]."""
         heard_s, now_s = dict(self._heard_s), time.monotonic()
         if self._lasers is not None:
             heard_s['cloud'] = self._lasers.heard_s
@@ -187,16 +187,16 @@ class ScanInput:
 
     @property
     def silence_s(self) -> dict[str, float]:
-        """Time since each input was last heard, or since the start, by its topics."""
+        """Time since the last message of each input, or since the start [s], by its topics."""
         lasers = map(self._resolve, self._settings.topics)
         scans = ', '.join(lasers) or self._resolve(KISS_FRAME)
         poses = self._resolve(TF_TOPIC if self._from_tf else KISS_ODOMETRY)
-        if self._from_tf:  # where others publish as well
+        if self._from_tf:  # /tf has other publishers too
             poses += f' from {self._settings.odom_frame!r}'
         return {scans: self.ages_s['cloud_age_s'], poses: self.ages_s['odometry_age_s']}
 
     def topics(self) -> dict[str, str]:
-        """Return the message type of each topic that scans and poses come on, scans first."""
+        """Return the message type of each topic of scans and poses, scans first."""
         settings = self._settings
         found = dict.fromkeys(map(self._resolve, settings.topics), LASER_SCAN)
         found = found or {self._resolve(KISS_FRAME): POINT_CLOUD}
@@ -205,7 +205,7 @@ class ScanInput:
         return found
 
     def odometry_run(self) -> OdometryRun:
-        """Return which run of the odometry publishes now; in TF nobody can tell."""
+        """Return the current run of the odometry; with TF it is unknown."""
         if self._settings.odometry_source == 'tf':
             return OdometryRun()
         found = self._node.get_publishers_info_by_topic(KISS_ODOMETRY)
@@ -214,12 +214,12 @@ class ScanInput:
 
     @property
     def unlocated(self) -> int:
-        """Scans whose pose did not come in time."""
+        """Scans whose pose did not arrive in time."""
         return self._unlocated + (0 if self._lasers is None else self._lasers.dropped)
 
     @property
     def refused(self) -> int:
-        """Scans whose messages contradict themselves, as far as they are unpacked here."""
+        """Scans whose messages are inconsistent, of those that are decoded here."""
         return self._unreadable + (0 if self._lasers is None else self._lasers.refused)
 
     @property
@@ -229,15 +229,15 @@ class ScanInput:
 
     @property
     def earlier(self) -> int:
-        """Scans that were sent before the first that was heard."""
+        """Scans that were sent before the first received one."""
         return self._clouds.earlier + (0 if self._lasers is None else self._lasers.earlier)
 
     def _listen_to_tf(self, node: ManagedNode) -> None:
         parameters = self._settings
         if self._from_tf and not parameters.odom_frame:
             raise ConfigError(
-                'parameter odom_frame is empty; with odometry_source tf it names the odometry '
-                'frame in TF, as odom'
+                'parameter odom_frame is empty; with odometry_source tf set it to the odometry '
+                'frame in TF, for example odom'
             )
         if TFMessage is None:
             if self._where.needs_tf:
@@ -258,7 +258,7 @@ class ScanInput:
             no_times = CloudArrays(np.zeros((0, 3), dtype=np.float32), None)
             stamp_ns = self._stamps.pose_ns(no_times, stamp_ns)
             self._wait(stamp_ns, _Waiting(frame_id, stamp_ns, lambda _: cloud_from_msg(msg)))
-        self._hand_on()
+        self._pass_on()
 
     def _take_timed(self, msg: PointCloud2, frame_id: str, stamp_ns: int) -> None:
         try:
@@ -273,7 +273,7 @@ class ScanInput:
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
         self._wait(sweep.stamp_ns, _Waiting(base, sweep.first_ns, partial(_unmoved, sweep)))
-        self._hand_on()
+        self._pass_on()
 
     def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
         self._heard_s['odometry'] = time.monotonic()
@@ -289,57 +289,57 @@ class ScanInput:
         self._where.add_pose(
             odometry.parent, odometry.child, odometry.T_parent_child, odometry.stamp_ns
         )
-        self._hand_on()
+        self._pass_on()
 
     def _on_tf_static(self, msg: Any) -> None:
         for transform in transforms_from_msg(msg, self._report):
             self._where.tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
-        self._hand_on()
+        self._pass_on()
 
     def _on_tf(self, msg: Any) -> None:
         for t in transforms_from_msg(msg, self._report):
             self._where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
             if self._from_tf and t.parent == self._settings.odom_frame:
                 self._heard_s['odometry'] = time.monotonic()
-        self._hand_on()
+        self._pass_on()
 
     def _wait(self, stamp_ns: int, scan: _Waiting) -> None:
-        """Let a scan wait for its pose; one with the same stamp, or with none, gives way to it."""
+        """Queue a scan until its pose is known; it replaces one with the same (or no) stamp."""
         self._on_stamp(stamp_ns)
         self.past += self._waiting.pop(stamp_ns, None) is not None
         self._waiting[stamp_ns] = scan
         self.waits_for = self._where.reason(scan.frame_id, stamp_ns)
 
-    def _hand_on(self) -> None:
+    def _pass_on(self) -> None:
         for stamp_ns in list(self._waiting):
             waiting = self._waiting[stamp_ns]
             scan = self._located(stamp_ns, waiting)
             if scan is None:
                 continue
             del self._waiting[stamp_ns]
-            self._lost_ways.clear()
+            self._drop_log.clear()
             self.waits_for = ''
             if self._is_past(stamp_ns, waiting.frame_id):
                 self.past += 1
             else:
-                self._handed_ns = stamp_ns
+                self._passed_ns = stamp_ns
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
             stamp_ns, waiting = self._waiting.popitem(last=False)
             self._unlocated += 1
             why = self._where.reason(waiting.frame_id, stamp_ns)
             error = OdometryError(f'{why}; the scan was dropped')
-            self._lost_ways.tell(error, re.sub(r'\d+', '', why))
+            self._drop_log.tell(error, re.sub(r'\d+', '', why))
 
     def _is_past(self, stamp_ns: int, frame_id: str) -> bool:
         """
-        Tell whether a scan is older than the last one, and only the scans' clock has gone back.
+        Return whether a scan is no newer than the last one while odometry goes on.
 
-        Where odometry has gone back with it, as in a looping recording, the pose of the last scan
-        is not known any more.
+        If odometry went back too, as in a looping recording, the pose of the last scan is no
+        longer known.
         """
-        handed_ns = self._handed_ns
-        return stamp_ns <= handed_ns and self._where.pose(frame_id, handed_ns) is not None
+        passed_ns = self._passed_ns
+        return stamp_ns <= passed_ns and self._where.pose(frame_id, passed_ns) is not None
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
         sensor_pose = self._where.sensor_pose(waiting.frame_id, stamp_ns)
@@ -352,6 +352,6 @@ class ScanInput:
 
 
 def _unmoved(sweep: Scan | LaserSweep, T_first_last: Array) -> CloudArrays:
-    """Return a sweep's points as seen at its stamp."""
+    """Return the points of a sweep, deskewed to its stamp."""
     still = sweep.without_motion(T_first_last)
     return CloudArrays(still.points, None, viewpoints=still.viewpoints)

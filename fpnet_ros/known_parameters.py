@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters that nobody reads: a misspelt one must not pass for the default."""
+"""Check for unknown parameters, so that a misspelt one does not silently keep its default."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fpnet_core.config import FpnetConfig, Section
 from fpnet_core.config_docs import config_fields
 from fpnet_core.errors import ConfigError
 
-# What rclpy itself reads, at the start or with a topic that comes later.
+# Parameters of rclpy, read at the start or when a topic is created.
 _OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
@@ -25,52 +25,52 @@ _SECTIONS = {
     'localizer and floorplan_server': ('lifecycle', 'LifecycleParameters'),
     'replay': ('replay', 'ReplayParameters'),
 }
-"""Module and class of their parameters by nodes."""
+"""Module and class of parameters by node."""
 
 
 def refuse_unknown(node: Node) -> None:
     """
-    Check that somebody reads every parameter that a node was given.
+    Refuse given parameters that no node of this package reads.
 
-    A file for all nodes holds keys that only another one of this package reads; those are fine.
+    Keys of other nodes are accepted, because one file may configure all nodes.
 
     Raises
     ------
     ConfigError
-        If there is one that no node of this package knows; it names what may have been meant.
+        If a parameter is unknown; the message suggests the most similar name.
     """
-    # rclpy has no public way to them.
+    # rclpy has no public access to them.
     given = node._parameter_overrides
     own = {name for name in given if node.has_parameter(name)}
     own |= {name for name in given if name.split('.')[0] in _OF_RCLPY}
     known = {field.key for field in config_fields(FpnetConfig)}
     unknown = set(given) - own - known
-    if unknown:  # the other nodes' modules take seconds to load
+    if unknown:  # importing the modules of other nodes takes seconds
         known |= of_all_nodes()
         raise_unknown(sorted(unknown - known), known)
 
 
 def raise_unknown(names: Iterable[str], known: set[str]) -> None:
-    """Raise ConfigError about the first of ``names``, with the ``known`` one that is nearest."""
+    """Raise ConfigError for the first of ``names``, with the most similar of ``known``."""
     for name in names:
         raise ConfigError(said_of_unknown(name, known))
 
 
 def said_of_unknown(name: str, known: Iterable[str]) -> str:
-    """Return that a parameter does not exist, and which of the ``known`` ones was meant."""
+    """Return the message for an unknown parameter, with the most similar of ``known``."""
     near = get_close_matches(name, sorted(known), n=1)
-    advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists those that exist'
+    advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists all parameters'
     return f'parameter {name} is unknown; {advice}'
 
 
 def of_all_nodes() -> set[str]:
-    """Return the names of the parameters that nodes of this package have of their own."""
+    """Return the names of all nodes' parameters outside the configuration tree."""
     return {field.key for section in node_sections().values() for field in config_fields(section)}
 
 
 def node_sections() -> dict[str, type[Section]]:
-    """Return what nodes take beside the configuration tree, by the nodes that take it."""
-    # By name, as every node's module needs this one to start.
+    """Return the sections of parameters outside the configuration tree, by nodes."""
+    # Imported by name, because every node's module imports this one.
     return {
         nodes: getattr(import_module(f'fpnet_ros.{module}'), name)
         for nodes, (module, name) in _SECTIONS.items()

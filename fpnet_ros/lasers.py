@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planar scanners of a robot: their LaserScans as sweeps in the frame of its base."""
+"""LaserScans of one or more planar scanners, merged into sweeps in the base frame."""
 
 from __future__ import annotations
 
@@ -23,49 +23,49 @@ from msg_adapters.lasers import laser_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
 Subscribe = Callable[[type, str, Callable[[Any, dict[str, Any]], None]], Any]
-"""Makes a subscription for sensor data of a message class and topic."""
+"""Creates a sensor-data subscription from message class, topic and callback."""
 
 
 class LaserParameters(Section):
-    """Planar scanners in place of clouds."""
+    """Topics of planar scanners."""
 
     scan_topics: tuple[str, ...] = Field(
-        (), description='Topics of LaserScan, merged, in place of clouds; empty: clouds.'
+        (), description='LaserScan topics to merge and use instead of clouds; empty: clouds.'
     )
     multi_echo_topics: tuple[str, ...] = Field(
-        (), description='The same for MultiEchoLaserScan; the nearest echo counts.'
+        (), description='The same for MultiEchoLaserScan; the nearest echo is used.'
     )
 
     @property
     def topics(self) -> dict[str, type]:
-        """Message class of each topic; a name that a launch file left empty is none."""
+        """Message class of each topic; empty names, as from launch files, are ignored."""
         kinds = {topic: LaserScan for topic in self.scan_topics if topic}
         return kinds | {topic: MultiEchoLaserScan for topic in self.multi_echo_topics if topic}
 
 
 class LaserInput:
     """
-    Hands on one sweep of all scanners at a time, in the executor's thread.
+    Passes on merged sweeps of all scanners, in the executor's thread.
 
-    A scan is small: to unpack it here takes a fraction of a millisecond. One whose scanner has no
-    place on the robot yet waits, so that none is lost while ``/tf_static`` is on its way.
+    Decoding a scan here takes a fraction of a millisecond. A scan waits while the mount of its
+    scanner is unknown, so that none is lost before ``/tf_static`` arrives.
 
     Parameters
     ----------
     subscribe
-        Makes the subscriptions.
+        Creates the subscriptions.
     topics
         Message class by topic.
     tree
-        Knows where scanners are on the robot.
+        Transforms with the mounts of the scanners.
     base_frame
-        Returns the robot's frame; empty: that of the scanner, if there is one only.
+        Returns the base frame; empty: the scanner's frame, if there is only one.
     on_sweep
-        Takes a sweep and the frame that it is in.
+        Called with each sweep and its frame.
     report
-        Takes what is wrong with a message.
+        Called with the error of an unusable message.
     limit
-        Scans of each scanner that may wait for its place; then the oldest are dropped.
+        Number of scans of each scanner that may wait for its mount; the oldest are dropped.
     """
 
     def __init__(
@@ -82,14 +82,14 @@ class LaserInput:
         self._on_sweep, self._report = on_sweep, report
         self._limit = limit
         self._waiting: deque[tuple[str, Any]] = deque()
-        self._newest_ns = 0  # of all that were handed on
-        self._unplaced = Once(report)
+        self._newest_ns = 0  # newest stamp that was passed on
+        self._mount_log = Once(report)
         self.heard_s = time.monotonic()
-        """When any scan came last, of use or not, by the monotonic clock."""
+        """Monotonic time of the last received scan, usable or not [s]."""
         self.dropped = 0
-        """Scans whose scanner had no place on the robot in time."""
+        """Scans for which the mount of their scanner did not arrive in time."""
         self.refused = 0
-        """Scans that contradict themselves, or whose scanner is tilted."""
+        """Inconsistent scans, and scans of tilted scanners."""
         self._merger = SweepMerger(len(topics))
         self._is_alone = len(topics) == 1
         self._numbering = {topic: Numbering() for topic in topics}
@@ -103,7 +103,7 @@ class LaserInput:
 
     @property
     def earlier(self) -> int:
-        """Scans that were sent before the first that was heard of each scanner."""
+        """Scans that were sent before the first received one of each scanner."""
         return sum(numbering.earlier for numbering in self._numbering.values())
 
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
@@ -111,44 +111,44 @@ class LaserInput:
         self._numbering[topic].follow(info)
         self._waiting.append((topic, msg))
         held, self._waiting = self._waiting, deque()
-        while held:  # in the order in which they came
+        while held:  # in the order of arrival
             self._use(*held.popleft(), is_late=bool(held))
         self._drop(topic)
 
     def _use(self, topic: str, msg: Any, is_late: bool) -> None:
-        """Hand a scan on, or let it wait."""
+        """Pass a scan on, or let it wait for the mount of its scanner."""
         frame = plain_frame(msg.header.frame_id)
         base = self._base_frame() or (frame if self._is_alone else '')
         if self._unknown(frame, base):
             self._waiting.append((topic, msg))
         elif is_late and self._newest_ns - stamp_from_msg(msg.header.stamp) > SAME_SWEEP_NS:
-            self.dropped += 1  # other scanners have gone on without it
+            self.dropped += 1  # too late to merge with the other scanners
         else:
-            self._hand_on(topic, msg, frame, base)
+            self._pass_on(topic, msg, frame, base)
 
     def _drop(self, topic: str) -> None:
-        """Drop the oldest scan of a scanner that has too many waiting."""
+        """Drop the oldest scan of a scanner if too many wait."""
         own = [each for each in self._waiting if each[0] == topic]
         if not own:
-            self._unplaced.clear(topic)
+            self._mount_log.clear(topic)
         elif len(own) > self._limit:
             self._waiting.remove(own[0])
             self.dropped += 1
             frame = plain_frame(own[0][1].header.frame_id)
             why = self._unknown(frame, self._base_frame())
-            self._unplaced.tell(OdometryError(f'{why}; the scan was dropped'), topic)
+            self._mount_log.tell(OdometryError(f'{why}; the scan was dropped'), topic)
 
     def _unknown(self, frame: str, base: str) -> str:
-        """Return why nobody knows the scanner's place yet; empty: it is known."""
+        """Return why the mount of the scanner is unknown; empty if it is known."""
         if not base:
             return (
-                f'scans in {frame!r} wait for the frame to merge them in; set base_frame, or '
+                f'scans in {frame!r} wait for a base frame to merge them in; set base_frame, or '
                 'publish odometry'
             )
         is_known = self._tree.lookup(base, frame, 0) is not None
         return '' if is_known else self._tree.reason(base, frame, 0)
 
-    def _hand_on(self, topic: str, msg: Any, frame: str, base: str) -> None:
+    def _pass_on(self, topic: str, msg: Any, frame: str, base: str) -> None:
         try:
             T_base_laser = self._tree.mount(base, frame)
             stamp_ns = stamp_from_msg(msg.header.stamp)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lifecycle nodes that start themselves unless told otherwise, and say why they do not."""
+"""Base class of the lifecycle nodes, which by default start themselves."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ ERROR = TransitionCallbackReturn.ERROR
 
 
 class TransitionError(FpnetError):
-    """A step of the lifecycle failed; the message says which one and why."""
+    """Failure of a lifecycle transition; the message has the transition and the reason."""
 
 
 class LifecycleParameters(Section):
-    """How the node starts."""
+    """Parameters of the start of the node."""
 
     autostart: bool = Field(
         True, description='Configure and activate at the start, without a lifecycle manager.'
@@ -43,15 +43,14 @@ class LifecycleParameters(Section):
 
 class ManagedNode(OwnValues, LifecycleNode):
     """
-    A lifecycle node whose transitions are four methods to override.
+    Lifecycle node; subclasses override one method for each of four transitions.
 
-    Before the first one :meth:`prepare` runs, beside the executor's thread where
-    :func:`run_managed` runs the node. Each may raise. Bad input (an FpnetError) fails the
-    transition, and the node stays where it was; anything else is a defect: the node gives up
-    everything and is unconfigured again. Either is logged once. What ``configure`` makes with the
-    ``add_...`` methods is destroyed when the node is cleaned up, and publishes only while active.
-    One that does not start itself has a
-    bond to whoever does.
+    :meth:`prepare` runs before the first transition, beside the executor's thread if
+    :func:`run_managed` runs the node. Each method may raise. An FpnetError (bad input) fails the
+    transition, and the node keeps its state; any other exception is a defect: the node releases
+    everything and becomes unconfigured. Both are logged once. What ``configure`` creates with the
+    ``add_...`` methods is destroyed at cleanup and publishes only while the node is active.
+    Without ``autostart`` the node has a bond to its lifecycle manager.
     """
 
     def __init__(self, name: str) -> None:
@@ -63,7 +62,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         self._undo: list[Callable[[], Any]] = []
         self._error: TransitionError | None = None
         self._is_starting = False
-        # rclpy lets a request that does not fit the state end the process.
+        # In rclpy a transition request that does not fit the state ends the process.
         self._change_state = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
 
@@ -75,7 +74,7 @@ class ManagedNode(OwnValues, LifecycleNode):
 
     @property
     def way_to_change(self) -> str:
-        """What to do about a parameter that is read when the node is configured."""
+        """Instructions to change a parameter that is read when the node is configured."""
         name = self.get_fully_qualified_name()
         return (
             f'is read when the node is configured: ros2 lifecycle set {name} deactivate, then '
@@ -83,25 +82,25 @@ class ManagedNode(OwnValues, LifecycleNode):
         )
 
     def prepare(self) -> None:
-        """Do once what takes long and needs no ROS: meanwhile the node answers."""
+        """Do slow work without ROS, once; the node answers requests meanwhile."""
 
     def prepared(self) -> Future[None]:
-        """Return the end of ``prepare``, which begins now if it has not succeeded yet."""
+        """Return the future of ``prepare``; start it if it has not succeeded yet."""
         if self._prepared is None or (self._prepared.done() and self._prepared.exception()):
             self._prepared = in_background(self.prepare)
         return self._prepared
 
     def configure(self) -> None:
-        """Read parameters, load, and make publishers, subscriptions, services and timers."""
+        """Read parameters and files; create publishers, subscriptions, services and timers."""
 
     def activate(self) -> None:
-        """Begin to work; publishers publish from here on."""
+        """Start working; publishers are enabled from here on."""
 
     def deactivate(self) -> None:
-        """Pause."""
+        """Pause; publishers are disabled afterwards."""
 
     def cleanup(self) -> None:
-        """Begin to give up what ``configure`` made, or made in part: the rest goes by itself."""
+        """Start to release what ``configure`` created, perhaps in part; the rest is automatic."""
 
     def start(self) -> None:
         """
@@ -132,27 +131,27 @@ class ManagedNode(OwnValues, LifecycleNode):
     def add_subscription(
         self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
     ) -> Any:
-        """Subscribe as every node does, until the node is cleaned up."""
+        """Subscribe until the node is cleaned up; otherwise as :class:`OwnValues`."""
         subscription = super().add_subscription(kind, topic, callback, qos, raw)
         self._undo.append(lambda: self.destroy_subscription(subscription))
         return subscription
 
     def add_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
-        """Offer a service."""
+        """Offer a service until the node is cleaned up."""
         service = self.create_service(kind, name, callback)
         self._undo.append(lambda: self.destroy_service(service))
 
     def add_slow_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """
-        Offer a service whose callback is a coroutine: while it waits, the node does all else.
+        Offer a service whose callback is a coroutine, which does not block the node.
 
-        It exists as long as the node, as an answer that is still due needs it; the callback
-        refuses while the node is not configured.
+        The service exists as long as the node, because pending responses need it; the callback
+        must refuse requests while the node is not configured.
         """
         self.create_service(kind, name, callback, callback_group=MutuallyExclusiveCallbackGroup())
 
     async def finished(self, work: Future[Any]) -> None:
-        """Wait, in a coroutine of the executor, for work that another thread does."""
+        """Await work of another thread, in a coroutine of the executor."""
         done = ExecutorFuture()
 
         def wake(_: Future[Any]) -> None:
@@ -164,17 +163,17 @@ class ManagedNode(OwnValues, LifecycleNode):
         await done
 
     def add_timer(self, period_s: float, callback: Callable[[], None], clock: Any = None) -> Any:
-        """Return a running timer; ``clock`` None is the node's own."""
+        """Return a running timer; ``clock`` None uses the node's clock."""
         timer = self.create_timer(period_s, callback, clock=clock)
         self._undo.append(lambda: self.destroy_timer(timer))
         return timer
 
     def add_end(self, end: Callable[[], Any]) -> None:
-        """Have something ended when the node is cleaned up, before what was made earlier."""
+        """Register a function to call at cleanup, in reverse order of creation."""
         self._undo.append(end)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Run ``configure``; on bad input give up what was made."""
+        """Run ``configure``; on bad input release what it created."""
 
         def configure() -> None:
             self.prepared().result()
@@ -186,7 +185,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         return result if result != SUCCESS else super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open the publishers, then run ``activate``."""
+        """Enable the publishers, then run ``activate``."""
         super().on_activate(state)
         self.is_active = True
         result = self._guarded('activate', self.activate)
@@ -200,41 +199,41 @@ class ManagedNode(OwnValues, LifecycleNode):
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Run ``deactivate``, then close the publishers."""
+        """Run ``deactivate``, then disable the publishers."""
         self.is_active = False
         result = self._guarded('deactivate', self.deactivate)
         if result == SUCCESS:
             self.get_logger().info('inactive')
             self._dissolve_bond()
-        elif result == FAILURE:  # it stays active
+        elif result == FAILURE:  # the node stays active
             self.is_active = True
             return result
         super().on_deactivate(state)
         return result
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give up everything that ``configure`` made."""
-        # What is half given up cannot be used: a failure is an error here.
+        """Release everything that ``configure`` created."""
+        # A partly released node is unusable, so a failure is an error here.
         return SUCCESS if self._guarded('cleanup', self._release) == SUCCESS else ERROR
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give up everything; a node in this state is never used again."""
+        """Release everything; a node in this state is never used again."""
         return FAILURE if self._guarded('shutdown', self._release) != SUCCESS else SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give up everything after a defect: unconfigured, or finalized where that fails, too."""
+        """Release everything after a defect: unconfigured, or finalized if that fails as well."""
         return FAILURE if self._guarded('error', self._release) != SUCCESS else SUCCESS
 
     def destroy_node(self) -> None:
-        """Give up everything, in whatever state."""
+        """Release everything, in any state."""
         self._guarded('cleanup', self._release)
         super().destroy_node()
 
     def _guarded(self, step: str, run: Callable[[], None]) -> TransitionCallbackReturn:
-        """Run a step; log what it raises, once: the first error of a start is the caller's."""
+        """Run a step and log its error once; the caller logs the first error of a start."""
         try:
             run()
-        except Exception as error:  # rclpy drops them in silence
+        except Exception as error:  # rclpy would drop it silently
             said = f'{step} failed: {described(error)}'
             is_first, self._error = self._error is None, self._error or TransitionError(said)
             if not (is_first and self._is_starting):
@@ -258,7 +257,7 @@ class ManagedNode(OwnValues, LifecycleNode):
             self._bond.dissolve()
 
     def _release(self) -> None:
-        """Give up everything, one after the other, whatever one of them raises."""
+        """Release everything in reverse order of creation, even if a step raises."""
         self.is_active = False
         with ExitStack() as steps:
             steps.callback(self._dissolve_bond)
@@ -268,12 +267,12 @@ class ManagedNode(OwnValues, LifecycleNode):
 
 
 def run_managed(make_node: Callable[[], ManagedNode], arguments: Sequence[str] | None) -> int:
-    """Run a lifecycle node until it is interrupted; returns the process's exit status."""
+    """Run a lifecycle node until it is interrupted and return the process's exit status."""
     return run_node(make_node, arguments, spin)
 
 
 def spin(node: ManagedNode) -> None:
-    """Prepare a node, start it, and go on until it is interrupted; it answers all the time."""
+    """Prepare a node, start it and spin until interrupted; it answers requests throughout."""
     rclpy.spin_until_future_complete(node, node.prepared())
     node.start()
     rclpy.spin(node)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Both ends of ``fpnet view --nodes``: what a localizer node shows, and who watches it."""
+"""Publisher and subscriber of ``fpnet view --nodes``."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from fpnet_ros.runtime import LATCHED, STATUS, STREAM
 from msg_adapters.diagnostics import report_from_msg
 
 _PLAN, _TICK, _STATUS = 'view_plan', 'view_tick', 'status'
-_REMEMBERED = 100  # numerical: scans between two ticks; a lidar has ten a second
-_POLL_S, _PATIENCE_S = 0.1, 10.0  # numerical; chosen: until somebody is told what is waited for
-_NOBODY = (
-    'no localizer node is heard yet; it has to run and to be active, with the same ROS_DOMAIN_ID'
+_REMEMBERED = 100  # numerical: scans between two updates; a lidar sends ten a second
+_POLL_S, _PATIENCE_S = 0.1, 10.0  # numerical; chosen: wait before the line below is shown
+_NONE_FOUND = (
+    'no localizer node found yet; it must be running and active, with the same ROS_DOMAIN_ID'
 )
 
 
 class ViewTopics:
-    """``~/view_plan`` and ``~/view_tick`` of one configured localizer node, for who subscribes."""
+    """Publishers of ``~/view_plan`` and ``~/view_tick`` of one configured localizer node."""
 
     def __init__(self, node: ManagedNode) -> None:
         self._node = node
@@ -51,14 +51,14 @@ class ViewTopics:
         self._poses: deque[tuple[int, SE2]] = deque(maxlen=_REMEMBERED)
 
     def saw(self, scan: LocatedScan | None, located: Located | None) -> None:
-        """Remember a scan, and where on the floorplan it was; None unless that is claimed."""
+        """Keep a scan and its pose on the floorplan; ``located`` is None unless localized."""
         if scan is not None:
             self._scans.append(scan)
             if located is not None:
                 self._poses.append((scan.stamp_ns, located.T_plan_base))
 
     def show(self, snapshot: Snapshot) -> None:
-        """Publish a tick that was not shown yet, and before it a plan that was not."""
+        """Publish an update that is new, after its plan if that is new."""
         plan, output = snapshot.plan, snapshot.output
         is_heard = self._node.is_active and self._updates.get_subscription_count()
         if plan is None or output is self._shown or not is_heard:
@@ -77,7 +77,7 @@ class ViewTopics:
         return SE2.from_matrix4(found[-1].T_odom_base) if found else None
 
     def _poses_since(self) -> PlanarTrajectory:
-        new = {}  # a scan is published again by a tick that has found the robot after it
+        new = {}  # by stamp, as an update may publish the pose of a scan again
         while self._poses:
             stamp_ns, pose = self._poses.popleft()
             new[stamp_ns] = (pose.x, pose.y, pose.yaw)
@@ -88,16 +88,16 @@ class ViewTopics:
 
 def watch(namespace: str = '') -> Iterator[ShownPlan | ShownTick | str]:
     """
-    Yield what a running localizer shows, and lines about it, until it has gone.
+    Yield plans, updates and text lines of a running localizer until it ends.
 
-    An empty ``namespace`` takes the only localizer that there is.
+    An empty ``namespace`` selects the only running localizer.
 
     Raises
     ------
     ConfigError
-        If there are several, and none is named.
+        If several localizers run and ``namespace`` does not select one.
     FpnetError
-        If the localizer is of another version.
+        If the localizer has another version.
     """
     context = rclpy.Context()
     rclpy.init(context=context)
@@ -108,7 +108,7 @@ def watch(namespace: str = '') -> Iterator[ShownPlan | ShownTick | str]:
 
 
 class _Watcher:
-    """Listens to the first localizer that it hears."""
+    """Subscriber to the first localizer that it discovers."""
 
     def __init__(self, node: Node, namespace: str) -> None:
         self._node, self._namespace = node, namespace.strip('/')
@@ -117,13 +117,13 @@ class _Watcher:
         self._heard: deque[ShownPlan | ShownTick | str] = deque()
 
     def events(self) -> Iterator[ShownPlan | ShownTick | str]:
-        """Yield plans, ticks and lines."""
-        started, is_told = time.monotonic(), False
+        """Yield plans, updates and text lines."""
+        started, is_shown = time.monotonic(), False
         while not (localizer := self._found()):
             self._executor.spin_once(timeout_sec=_POLL_S)
-            if not is_told and time.monotonic() - started > _PATIENCE_S:
-                is_told = True
-                yield _NOBODY
+            if not is_shown and time.monotonic() - started > _PATIENCE_S:
+                is_shown = True
+                yield _NONE_FOUND
         self._listen(localizer)
         yield f'listening to {localizer}'
         while self._node.count_publishers(f'{localizer}/{_TICK}'):
@@ -132,7 +132,7 @@ class _Watcher:
                 yield self._heard.popleft()
 
     def _found(self) -> str:
-        """Return the localizer's full name; empty as long as there is none."""
+        """Return the localizer's full name; empty while there is none."""
         names = [
             name.removesuffix(f'/{_TICK}')
             for name, _ in self._node.get_topic_names_and_types()
@@ -142,7 +142,7 @@ class _Watcher:
             names = [name for name in names if name.startswith(f'/{self._namespace}/')]
         if len(names) > 1:
             raise ConfigError(
-                f'several localizers run: {", ".join(sorted(names))}; name one with --namespace'
+                f'several localizers run: {", ".join(sorted(names))}; choose one with --namespace'
             )
         return ''.join(names)
 

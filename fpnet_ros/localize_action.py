@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The action ``~/localize``: look for the robot until it is found, and say how it goes."""
+"""Server of the action ``~/localize``, which succeeds once the robot is localized."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import NO_ACTION, Localize
 from msg_adapters.diagnostics import LocalizerReport
 
-# A client's subscription may be matched after its goal is taken, and what was said before is lost
-# to it: feedback is said again after this time. Numerical: well below a behaviour tree's timeouts.
+# Feedback is repeated after this time, because a client's subscription may match only after its
+# goal was accepted and miss the first one. Numerical: well below a behaviour tree's timeouts.
 _FEEDBACK_EVERY_S = 1.0
 
 
 @dataclass(eq=False)
 class _Goal:
-    """A goal at work; ``ended`` gets its result."""
+    """An active goal; the future ``ended`` gets its result."""
 
     handle: Any
     deadline_s: float
@@ -35,28 +35,28 @@ class _Goal:
     told_s: float = -math.inf
 
     def is_due(self, report: LocalizerReport) -> bool:
-        """Tell whether a report is news, or the last feedback is old enough to be said again."""
+        """Return whether a report is new, or the last feedback is old enough to be repeated."""
         return report is not self.told or time.monotonic() > self.told_s + _FEEDBACK_EVERY_S
 
 
 class LocalizeAction:
     """
-    Serves any number of goals at once: each waits for the pose that the node finds anyway.
+    Serves any number of goals at once: each waits until the node is localized.
 
-    Everything happens in the executor's thread, where :meth:`follow` is called often. The server
-    exists as long as the node, as a result that is still due needs it; goals are refused while the
-    node is not active. Without the action's type there is none, and the log says so.
+    Everything runs in the executor's thread, which calls :meth:`follow` often. The server exists
+    as long as the node, because pending results need it; it rejects goals while the node is not
+    active. If the action's type is not installed there is no server, and the log says so.
 
     Parameters
     ----------
     node
-        Its activity decides.
+        Goals are accepted while it is active.
     look_again
-        Forgets every placement, for goals that ask for it.
+        Discards all hypotheses, for goals with ``anew``.
     """
 
     def __init__(self, node: ManagedNode, look_again: Callable[[], None]) -> None:
-        self._node, self._look_again = node, look_again
+        self._node, self._relocalize = node, look_again
         self._goals: list[_Goal] = []
         if Localize is None:
             node.get_logger().warning(NO_ACTION)
@@ -66,7 +66,7 @@ class LocalizeAction:
             Localize,
             '~/localize',
             self._execute,
-            # An answer that waits for its goal must not hold up the cancelling of it.
+            # A pending result must not block requests to cancel it.
             callback_group=ReentrantCallbackGroup(),
             goal_callback=self._on_goal,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
@@ -74,9 +74,9 @@ class LocalizeAction:
 
     def follow(self, report: LocalizerReport, pose: Any) -> None:
         """
-        Tell every goal what is new or still so, and end those reached, cancelled or too late.
+        Send feedback to every goal, and end those reached, cancelled or timed out.
 
-        ``pose`` is the claimed PoseWithCovarianceStamped, None: nothing is claimed.
+        ``pose`` is the accepted PoseWithCovarianceStamped, None unless localized.
         """
         for goal in list(self._goals):
             if goal.is_due(report):
@@ -90,10 +90,10 @@ class LocalizeAction:
                 self._end(goal, Localize.Result.NONE, '', pose)
             elif time.monotonic() > goal.deadline_s:
                 goal.handle.abort()
-                self._end(goal, Localize.Result.TIMEOUT, f'not found in time: {report.said}')
+                self._end(goal, Localize.Result.TIMEOUT, f'not localized in time: {report.said}')
 
     def stop(self) -> None:
-        """End every goal: the node looks no longer."""
+        """Abort every goal, as the node is deactivated."""
         for goal in list(self._goals) if self._node.context.ok() else ():
             goal.handle.abort()
             self._end(goal, Localize.Result.INACTIVE, 'the localizer was deactivated')
@@ -101,7 +101,7 @@ class LocalizeAction:
     def _on_goal(self, _: Any) -> GoalResponse:
         if self._node.is_active:
             return GoalResponse.ACCEPT
-        self._node.get_logger().warning('refused a goal of ~/localize: the node is not active')
+        self._node.get_logger().warning('rejected a goal of ~/localize: the node is not active')
         return GoalResponse.REJECT
 
     async def _execute(self, handle: Any) -> Any:
@@ -109,7 +109,7 @@ class LocalizeAction:
         timeout_s = timeout.sec + timeout.nanosec / NS_PER_S
         goal = _Goal(handle, time.monotonic() + timeout_s if timeout_s > 0.0 else math.inf)
         if handle.request.anew:
-            self._look_again()
+            self._relocalize()
         self._goals.append(goal)
         return await goal.ended
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Localise a robot on a floorplan from registered scans and odometry."""
+"""Node that localizes a robot on a floorplan from registered scans and odometry."""
 
 from __future__ import annotations
 
@@ -45,12 +45,11 @@ from fpnet_ros.work import DroppingWorker, Worker
 
 class LocalizerNode(ManagedNode):
     """
-    Drives one :class:`fpnet_core.localizer.Localizer`.
+    Runs one :class:`fpnet_core.localizer.Localizer`.
 
-    Three threads: the executor's takes messages, answers services and rebroadcasts TF; scans are
-    added in a second one; ticks, new floorplans and saves follow one another in a third, so that
-    a service whose answer takes long waits without holding up the first. Topics, services and
-    parameters are described in docs/ros.md.
+    Three threads: the executor's handles messages, services and TF; a second one adds scans; a
+    third one runs updates, new floorplans and saves in sequence, so that slow work does not block
+    the first. docs/ros.md describes topics, services and parameters.
     """
 
     def __init__(self) -> None:
@@ -64,16 +63,16 @@ class LocalizerNode(ManagedNode):
         self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._is_configured = False
         offer_save_state(self, lambda: self._settings.value.state_file, self._save)
-        self._action = LocalizeAction(self, self._look_again)
+        self._action = LocalizeAction(self, self._relocalize)
 
     def prepare(self) -> None:
-        """Compile."""
+        """Compile the kernels."""
         localizer = create_localizer(self._config.value)
-        self.get_logger().info('warming up; the first time after an installation takes longer')
+        self.get_logger().info('compiling; the first start after an installation takes longer')
         warm_up(localizer)
 
     def configure(self) -> None:
-        """Load the weights, and connect; a bad parameter or file is an FpnetError."""
+        """Load the weights and connect; raise FpnetError for a bad parameter or file."""
         config, parameters = self._config.value, self._settings.value
         self._localizer = create_site_localizer(config)
         if TFMessage is None and parameters.sends_tf:
@@ -113,22 +112,22 @@ class LocalizerNode(ManagedNode):
             self.get_logger().info(said)
         if not parameters.site:
             FloorplanInput(self, self._on_floorplan, self._report)
-        self._listen_to_words(parameters)
+        self._offer_hints(parameters)
         self._add_timers(config.localizer.update_period_s, parameters)
         self._is_configured = True
         self._settings.is_frozen = self._config.is_frozen = True
 
     def activate(self) -> None:
-        """Say how things stand: until now nobody could hear it."""
+        """Publish the status, which an inactive node does not publish."""
         self._publisher.update()
 
     def deactivate(self) -> None:
-        """Publish nothing from now on: a running tick ends unheard."""
+        """Stop publishing; the result of a running update is discarded."""
         self._action.stop()
         self._publisher.stop()
 
     def cleanup(self) -> None:
-        """End goals; parameters may change again."""
+        """Abort goals, and allow all parameters to change again."""
         self._action.stop()
         self._is_configured = self._settings.is_frozen = self._config.is_frozen = False
 
@@ -140,16 +139,16 @@ class LocalizerNode(ManagedNode):
         self.add_end(self._scans.close)
 
     def _open_state_file(self, path: str) -> None:
-        """Go on from it, and save before anything ends that may take long."""
+        """Restore the state; at cleanup, save it before waiting for the threads."""
         self._state_file = StateFile(
             path, self._localizer, self._input.odometry_run, self.get_logger()
         )
         self.add_end(lambda: self._publisher.newest and self._state_file.save())
         self._state_file.restore()
 
-    def _listen_to_words(self, parameters: LocalizerParameters) -> None:
-        """Take what others say; beside AMCL what has its names is AMCL's."""
-        self._words = InitialPoses(
+    def _offer_hints(self, parameters: LocalizerParameters) -> None:
+        """Offer pose hints and services; with ``hand_over`` AMCL's names are left to AMCL."""
+        self._hints = InitialPoses(
             self._publisher.situation,
             self._storeys.frame_named,
             self._localizer.suggest,
@@ -157,16 +156,16 @@ class LocalizerNode(ManagedNode):
             parameters.first_pose,
         )
         self._hand_over = HandOver(self) if parameters.hand_over else None
-        offer_services(self, self._look_again, self._localizer.reset)
-        offer_set_initial_pose(self, self._words, parameters.hand_over)
+        offer_services(self, self._relocalize, self._localizer.reset)
+        offer_set_initial_pose(self, self._hints, parameters.hand_over)
         if not parameters.hand_over:
-            offer_amcl_services(self, self._look_again, self._update_now)
+            offer_amcl_services(self, self._relocalize, self._update_now)
             self.add_subscription(
-                PoseWithCovarianceStamped, 'initialpose', self._words.on_message, STREAM
+                PoseWithCovarianceStamped, 'initialpose', self._hints.on_message, STREAM
             )
 
     def _add_timers(self, update_period_s: float, parameters: LocalizerParameters) -> None:
-        # The others go on while the simulated clock stands still.
+        # The timers on the steady clock also run while simulated time stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._update_timer = self.add_timer(update_period_s, self._start_update)
         self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._follow, steady)
@@ -175,7 +174,7 @@ class LocalizerNode(ManagedNode):
             self.add_timer(parameters.autosave_period_s, self._autosave, steady)
 
     def _follow_parameters(self) -> None:
-        if not self._settings.is_frozen:  # what is configured later reads them then
+        if not self._settings.is_frozen:  # configure() will read them
             return
         thresholds, parameters = self._config.value.localizer, self._settings.value
         self._update_timer.timer_period_ns = round(thresholds.update_period_s * NS_PER_S)
@@ -204,7 +203,7 @@ class LocalizerNode(ManagedNode):
 
     # ---- services: the executor's thread
 
-    def _look_again(self) -> None:
+    def _relocalize(self) -> None:
         self._localizer.relocalize()
         if self._hand_over is not None:
             self._hand_over.again()
@@ -212,7 +211,7 @@ class LocalizerNode(ManagedNode):
             self._publisher.update()
 
     def _update_now(self) -> None:
-        if self.is_active:  # behind a running tick, which has not seen what the caller has
+        if self.is_active:  # queued after a running update, which lacks the newest scans
             self._update = self._updates.submit(self._run_update)
 
     def _save(self) -> Future[str] | None:
@@ -226,7 +225,7 @@ class LocalizerNode(ManagedNode):
 
     def _follow(self) -> None:
         self._publisher.transform()
-        self._words.follow()
+        self._hints.follow()
         if self._publisher.told is not None:
             self._action.follow(self._publisher.told, self._publisher.claimed)
 
@@ -235,7 +234,7 @@ class LocalizerNode(ManagedNode):
         if self.is_active:
             stale_s = self._settings.value.stale_input_s
             if self._silence.follow(self._health.silence_s, stale_s):
-                self._publisher.update()  # no tick comes while the clock stands still
+                self._publisher.update()  # no update runs while the clock stands still
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.claimed)
         self._publisher.diagnostics(self._checkup.findings())
@@ -252,7 +251,7 @@ class LocalizerNode(ManagedNode):
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._publisher.scan(scan)
 
-    # ---- ticks: their own thread
+    # ---- updates: their own thread
 
     def _run_update(self) -> None:
         before = self._localizer.output
@@ -264,5 +263,5 @@ class LocalizerNode(ManagedNode):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node; returns the exit status."""
+    """Run the node and return the exit status."""
     return run_managed(LocalizerNode, arguments)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Listen to a running localizer: show its pose, keep what it published."""
+"""Node of the demo that shows the localizer's pose and records what it publishes."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from msg_adapters.diagnostics import LocalizerReport, report_from_msg
 from msg_adapters.poses import StampedPose, pose_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
-_STARTING = 'starting the nodes; after an installation they compile for a while'
-_LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal; chosen
+_STARTING = 'starting the nodes; the first start after an installation compiles'
+_LINE_PERIOD_S = 5.0  # between two lines if the output is not a terminal; chosen
 
 
 class Monitor(Node):
     """
-    Collects poses, ticks and odometry stamps; a context manager around rclpy.
+    Collects poses, updates and odometry stamps; a context manager around rclpy.
 
-    Signals are the caller's: rclpy's own handlers would end the context under whatever runs.
+    The caller handles signals, because rclpy's handlers would end the context at any point.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Monitor(Node):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leave ROS, with a last line about where things stand."""
+        """Print the last status and shut ROS down."""
         self._bar.stop()
         self._print_line()
         self._executor.shutdown()
@@ -87,14 +87,14 @@ class Monitor(Node):
         rclpy.try_shutdown()
 
     def spin(self, seconds: float) -> None:
-        """Handle messages for a while, and show where things stand."""
+        """Handle messages for some seconds, then show the status."""
         deadline = time.monotonic() + seconds
         while (left_s := deadline - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left_s)
         self._show()
 
     def is_ready(self, cloud_topic: str) -> bool:
-        """Tell whether the localizer has its floorplan and everyone has found everyone."""
+        """Return whether the localizer has its floorplan and discovery is complete."""
         return (
             any(update.status is not Status.NO_PLAN for update in self.updates)
             and self.count_subscribers(cloud_topic) > 0
@@ -103,12 +103,12 @@ class Monitor(Node):
         )
 
     def is_complete(self) -> bool:
-        """Tell whether every scan went through odometry and a tick has seen the last one."""
+        """Return whether odometry registered every scan and an update used the last one."""
         done = len(self.odometry_stamps_ns) >= self._scans
         return done and self.updates[-1].stamp_ns == self.odometry_stamps_ns[-1]
 
     def quiet_s(self) -> float:
-        """Return the time since odometry was last heard."""
+        """Return the time since the last odometry message [s]."""
         return time.monotonic() - self._heard_s
 
     def write(self, folder: Path) -> None:

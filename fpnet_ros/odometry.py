@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lidar odometry by KISS-ICP, with the topics and frames of KISS-ICP's own ROS node."""
+"""Node for lidar odometry by KISS-ICP, with the topics and frames of KISS-ICP's own node."""
 
 from __future__ import annotations
 
@@ -52,28 +52,28 @@ from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
-_PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
+_MOUNT_WAIT_S = 1.0  # a cloud waits this long for the mount of its sensor
 
-_SLOW = 'clouds are dropped: more come than can be registered'
-_UNPLACED = "clouds are dropped: their sensor's place on the robot is not known, see the log"
-_UNGUIDED = "KISS-ICP went on alone: the robot's odometry did not come in time"
+_SLOW = 'clouds are dropped: they arrive faster than they can be registered'
+_UNMOUNTED = 'clouds are dropped: the mount of their sensor is unknown, see the log'
+_UNGUIDED = "KISS-ICP went on alone: the robot's odometry did not arrive in time"
 _REMEDIES = {
-    _UNGUIDED: 'its stamps have to be of the clock of the clouds, and no later than they are',
-    _SLOW: 'a larger odometry.voxel_size takes less time, and so do smaller clouds; every second '
-    'one will do where the robot drives slowly',
+    _UNGUIDED: 'stamp it with the clock of the clouds, and publish it no later than the clouds',
+    _SLOW: 'use a larger odometry.voxel_size or smaller clouds; for a slow robot every second '
+    'cloud suffices',
     LOST: LARGE_CLOUDS,
 }
 
-_DOUBTS = {
+_CONSISTENCY = {
     Consistency.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
-    Consistency.KISS_BROKEN: 'KISS-ICP had lost the scans and began anew',
+    Consistency.KISS_BROKEN: 'KISS-ICP lost track and was restarted',
     Consistency.UNCLEAR: "KISS-ICP and the robot's odometry disagree",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class _Sweep:
-    """A sweep to register, and the frame that it is in."""
+    """A sweep to register, and its frame."""
 
     scan: Scan
     frame_id: str
@@ -92,13 +92,13 @@ class OdometryNode(OwnValues):
     """
     Registers every cloud on ``pointcloud_topic``, in a thread of its own.
 
-    Publishes ``kiss/odometry`` and ``kiss/frame``, the cloud without the motion during its sweep.
-    Both have the stamp that the pose is of, the end of the sweep. With a ``base_frame`` the pose
-    is that frame's, by its place in ``/tf_static``. With ``robot_odometry`` the robot's own helps
-    and is checked.
+    Publishes ``kiss/odometry`` and the deskewed cloud, ``kiss/frame``. Both have the stamp of the
+    pose, the end of the sweep. With ``base_frame`` the pose is that frame's, by the sensor's mount
+    in ``/tf_static``. With ``robot_odometry`` the robot's own odometry is the initial guess and is
+    checked.
 
-    With ``scan_topics`` it registers the LaserScans of one or several planar scanners instead:
-    ``kiss/frame`` is then in the base's frame, its stamp that of the last return.
+    With ``scan_topics`` it registers LaserScans of one or more planar scanners instead:
+    ``kiss/frame`` is then in the base frame, stamped with the last return.
     """
 
     def __init__(self) -> None:
@@ -123,10 +123,10 @@ class OdometryNode(OwnValues):
         if TFMessage is not None:
             self.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_tf_static, TF_STATIC)
         self._clouds = Numbering()
-        self._unplaced = 0
+        self._unmounted = 0
         self._losses = LossLog(logger.warning)
-        self._unplaced_ways = Once(self._report)
-        self._refused = ''  # why the last sweep was, as long as none is registered
+        self._mount_log = Once(self._report)
+        self._refused = ''  # why the last sweep was refused; empty: it was not
         self._heard_s = time.monotonic()
         self._silence = SilenceLog(logger.info, logger.warning)
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
@@ -138,13 +138,11 @@ class OdometryNode(OwnValues):
         if self._settings.topics:
             self._listen_to_lasers(self._settings.topics)
         else:
-            # Raw, as the worker unpacks: it takes longer than this thread has.
+            # Raw, because decoding is slow: the worker does it.
             self._subscribe(PointCloud2, 'pointcloud_topic', self._on_cloud, raw=True)
             if said := said_of_transport(get_rmw_implementation_identifier()):
                 logger.info(said)
-        steady = Clock(
-            clock_type=ClockType.STEADY_TIME
-        )  # while the simulated one stands still, too
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
 
     def destroy_node(self) -> None:
@@ -162,7 +160,7 @@ class OdometryNode(OwnValues):
         base = self._settings.base_frame
         if len(topics) > 1 and not base:
             raise ConfigError(
-                f'parameter base_frame is empty; {len(topics)} scanners are merged in that frame'
+                f'parameter base_frame is empty; set it to merge {len(topics)} scanners'
             )
         self._lasers = LaserInput(
             self._subscribe,
@@ -196,18 +194,18 @@ class OdometryNode(OwnValues):
             raise
 
     def _register(self, sweep: _Sweep) -> str:
-        """Register a sweep and publish its pose; returns why it was dropped, empty: it was not."""
+        """Register a sweep and publish its pose; return why it was dropped, empty if not."""
         scan, sensor = sweep.scan, sweep.frame_id
         if self._lasers is None:
             self._checkup.look(scan.points, scan.time_s)
-        if why := self._unplaced_reason(sensor, sweep.heard_s + _PLACE_S):
+        if why := self._mount_problem(sensor, sweep.heard_s + _MOUNT_WAIT_S):
             return why
-        # A sensor that is fixed to something has a parent already.
+        # A mounted sensor has a TF parent already: the pose is that of its root frame.
         tree = self._robot.where.tree
         moving = self._settings.base_frame or tree.body(sensor)
         T_base_sensor = tree.mount(moving, sensor)
         guess = self._robot.pose(sensor, scan.stamp_ns)
-        # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
+        # As in KISS-ICP's node, odom is the pose of the base, not the sensor, at the first cloud.
         turned = None if self._gyro is None else self._gyro.orientation(sensor, scan.stamp_ns)
         scan = replace(
             scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor, R_gyro_sensor=turned
@@ -216,19 +214,19 @@ class OdometryNode(OwnValues):
         self._out.publish(found, scan.stamp_ns, sensor, moving, T_base_sensor)
         return ''
 
-    def _unplaced_reason(self, sensor: str, deadline_s: float) -> str:
-        """Wait for the sensor's place on the robot; a sweep that it does not come for is lost."""
+    def _mount_problem(self, sensor: str, deadline_s: float) -> str:
+        """Wait for the mount of a sensor; return why the sweep must be dropped, empty if not."""
         tree, base = self._robot.where.tree, self._settings.base_frame
-        if not base:  # without a place the sensor is the robot, once there was time for one
+        if not base:  # if no mount arrives in time, the pose is the sensor's
             if not self._out.moving and self.count_publishers(self._static_topic):
                 self._robot.wait_until(lambda: tree.parent(sensor) is not None, deadline_s)
             return ''
         if self._robot.wait_until(lambda: tree.lookup(base, sensor, 0) is not None, deadline_s):
-            self._unplaced_ways.clear()
+            self._mount_log.clear()
             return ''
-        self._unplaced += 1
+        self._unmounted += 1
         why = tree.reason(base, sensor, 0)
-        self._unplaced_ways.tell(OdometryError(f'{why}; the cloud was dropped'))
+        self._mount_log.tell(OdometryError(f'{why}; the cloud was dropped'))
         return why
 
     def _on_clock_back(self, back_s: float) -> None:
@@ -244,22 +242,22 @@ class OdometryNode(OwnValues):
         if self._gyro is not None:
             silences[self.resolve_topic_name('imu')] = time.monotonic() - self._gyro.heard_s
         self._silence.follow(silences, STALE_INPUT_S)
-        lasers, unplaced = self._lasers, self._unplaced
+        lasers, unmounted = self._lasers, self._unmounted
         lost, earlier, refused = self._clouds.lost, self._clouds.earlier, self._scans.refused
         if lasers is not None:
             lost, earlier = lost + lasers.lost, earlier + lasers.earlier
-            unplaced, refused = unplaced + lasers.dropped, refused + lasers.refused
+            unmounted, refused = unmounted + lasers.dropped, refused + lasers.refused
         counts = {
             _SLOW: self._scans.dropped,
             LOST: lost,
-            _UNPLACED: unplaced,
+            _UNMOUNTED: unmounted,
             _UNGUIDED: self._robot.missed,
         }
         news = self._losses.follow(counts, _REMEDIES)
-        warning = self._refused or ', '.join(news) or _DOUBTS.get(self._kiss.consistency, '')
+        warning = self._refused or ', '.join(news) or _CONSISTENCY.get(self._kiss.consistency, '')
         values = {
-            'scans': float(self._scans.done - self._unplaced),
-            'dropped_scans': float(self._scans.dropped + unplaced),
+            'scans': float(self._scans.done - self._unmounted),
+            'dropped_scans': float(self._scans.dropped + unmounted),
             'refused_scans': float(refused),
             'lost_scans': float(lost),
             'earlier_scans': float(earlier),
@@ -273,5 +271,5 @@ class OdometryNode(OwnValues):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node; returns the exit status."""
+    """Run the node and return the exit status."""
     return run_node(OdometryNode, arguments)

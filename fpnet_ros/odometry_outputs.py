@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the odometry node publishes: poses with velocities, clouds, and TF where it may."""
+"""Publishers of the odometry node: poses with velocities, clouds, and TF if enabled."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ from msg_adapters.transforms import transform_to_msg
 
 _TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
 """
-Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives
-(`python benchmarks/wirings.py`).
+Variances of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated
+recordings (`python benchmarks/wirings.py`).
 """
 
-_SENT = 100  # numerical: transforms of ours that are known again: ten seconds of sweeps
+_SENT = 100  # numerical: own transforms kept for comparison: ten seconds of sweeps
 
 Array = NDArray[np.float64]
 
 
 class OdometryParameters(RobotOdometryParameters):
-    """Frames and covariances, named as in KISS-ICP's node."""
+    """Parameters of the odometry node, named as in KISS-ICP's node."""
 
     base_frame: str = Field(
         '',
-        description='Frame whose pose is published; empty: what the sensor is fixed to by '
+        description='Frame whose pose is published; empty: the root of the sensor in '
         '/tf_static, else the sensor.',
     )
     lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
     publish_odom_tf: bool = Field(
         True,
-        description='Publish the odometry as TF, too; false where the robot has its own.',
+        description='Publish the odometry as TF as well; false if the robot has its own.',
     )
     invert_odom_tf: bool = Field(
         False, description='Publish TF from the moving frame to the odometry frame.'
@@ -59,10 +59,10 @@ class OdometryParameters(RobotOdometryParameters):
         0.1, ge=0.0, description='Variance of the orientation in the messages [rad^2].'
     )
     use_imu: bool = Field(
-        False, description='Turns between sweeps are those of the gyroscope on the topic imu.'
+        False, description='Take rotations between sweeps from the gyroscope on the topic imu.'
     )
     max_pending_scans: int = Field(
-        10, ge=1, le=1000, description='Clouds that may wait; then the oldest are dropped.'
+        10, ge=1, le=1000, description='Number of clouds that may wait; the oldest are dropped.'
     )
 
 
@@ -73,13 +73,13 @@ class OdometryOutputs:
     Parameters
     ----------
     publisher
-        Makes one: message class, topic, QoS.
+        Creates a publisher from message class, topic and QoS.
     subscribe
-        Makes a subscription: message class, topic, callback, QoS.
+        Creates a subscription from message class, topic, callback and QoS.
     settings
         Frames and covariances.
     warn
-        Takes a line for the log.
+        Logs a warning.
     """
 
     def __init__(
@@ -92,10 +92,10 @@ class OdometryOutputs:
         self._settings, self._warn = settings, warn
         self.moving = ''
         """The frame whose pose was published last, empty before the first."""
-        self._last: tuple[int, Array] | None = None  # stamp and pose that were published
+        self._last: tuple[int, Array] | None = None  # stamp and pose that were published last
         self._odometry = publisher(Odometry, KISS_ODOMETRY, STREAM)
         self._frames = publisher(PointCloud2, KISS_FRAME, STREAM)
-        self._sent: tuple[Any, ...] = ()  # transforms of ours that come back on /tf
+        self._sent: tuple[Any, ...] = ()  # own transforms, which return on /tf
         self._tf = None
         if TFMessage is None:
             warn(f'no TF: {NO_TF}')
@@ -112,7 +112,7 @@ class OdometryOutputs:
         moving: str,
         T_moving_sensor: Array,
     ) -> None:
-        """Publish a sweep, and the pose of the frame that moves with its sensor ``(4, 4)``."""
+        """Publish a sweep and the pose of ``moving``; ``T_moving_sensor (4, 4)`` is the mount."""
         self.moving = moving
         self._publish_pose(found.T_odom_sensor @ np.linalg.inv(T_moving_sensor), stamp_ns)
         self._frames.publish(
@@ -120,7 +120,7 @@ class OdometryOutputs:
         )
 
     def begin_anew(self) -> None:
-        """Forget the last pose: the clock went back."""
+        """Forget the last pose, after the clock went back."""
         self._last = None
 
     def _publish_pose(self, T_odom_base: Array, stamp_ns: int) -> None:
@@ -151,9 +151,9 @@ class OdometryOutputs:
 
     def _on_tf(self, msg: Any) -> None:
         """
-        Withhold our TF where somebody else has one for the same frame: it has one parent.
+        Stop publishing TF if another node publishes a parent of the same frame.
 
-        Theirs may have the very name of ours, as odom; the place or the time tells.
+        Its parent may have the name of ours, for example odom; then pose or stamp differ.
         """
         own = self._settings.lidar_odom_frame
         for transform in msg.transforms:
@@ -163,7 +163,7 @@ class OdometryOutputs:
             if self.moving == child and not is_ours and self._tf:
                 self._tf = None
                 self._warn(
-                    f'somebody publishes {parent} -> {self.moving} on /tf, so ours from {own} is '
-                    f'withheld; set publish_odom_tf: false, and odom_frame: {parent} of the '
+                    f'another node publishes {parent} -> {self.moving} on /tf, so ours from {own} '
+                    f'is withheld; set publish_odom_tf: false, and odom_frame: {parent} for the '
                     'localizer'
                 )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Message types that an installation may lack, and what is missing without each."""
+"""Optional message types, and the log line for each that is not installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 try:
     from tf2_msgs.msg import TFMessage
-except ImportError:  # no wheel has it; see docs/install.md
+except ImportError:  # not in any wheel; see docs/install.md
     TFMessage = None
 
 try:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the localizer node publishes: each method puts core values into messages."""
+"""Publishers of the localizer node; each method converts core values to messages."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ from msg_adapters.markers import (
 from msg_adapters.poses import path_to_msg, pose_to_msg, uncertain_pose_to_msg
 from msg_adapters.transforms import transform_to_msg
 
-_PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre; chosen
+_PATH_LENGTH = 5000  # poses, 500 m at the default spacing; chosen
 
 
 @dataclass(frozen=True, eq=False)
 class StampedOutput:
     """
-    All that is published together: one output, the frames of its floorplan, and the newest scan.
+    Values that are published together: an output, frames of its floorplan and the newest scan.
 
-    ``frame`` is None where the floorplan is another one by now than the output's; ``look`` is
-    where to look next, None where a claim stands or nobody knows.
+    ``frame`` is None if the floorplan has been replaced since the output; ``look`` is where to
+    look next, None while localized or if unknown.
     """
 
     snapshot: Snapshot
@@ -65,18 +65,18 @@ class StampedOutput:
     def of(
         cls, snapshot: Snapshot, frame: MapFrame | None, scan: LocatedScan | None
     ) -> StampedOutput:
-        """Return what of these belongs together."""
+        """Combine them, without ``frame`` if that belongs to another floorplan."""
         plan = None if snapshot.plan is None else snapshot.plan.given
         return cls(snapshot, frame if frame is not None and frame.plan is plan else None, scan)
 
     @property
     def output(self) -> LocalizerOutput:
-        """What the last tick said."""
+        """Output of the last update."""
         return self.snapshot.output
 
     @property
     def located(self) -> Located | None:
-        """Where the robot was at the scan, in every frame; None unless something is claimed."""
+        """Pose of the robot at the scan, in every frame; None unless localized."""
         if self.frame is None or self.scan is None:
             return None
         return self.frame.located(self.output, self.scan.T_odom_base, self.scan.stamp_ns)
@@ -84,7 +84,7 @@ class StampedOutput:
 
 @dataclass(frozen=True, eq=False)
 class _MapOdom:
-    """The transform to broadcast, to the frame that TF is published for."""
+    """Transform to broadcast, from ``map_frame`` to ``odom_frame``."""
 
     T_map_odom: NDArray[np.float64]
     map_frame: str
@@ -99,14 +99,14 @@ class LocalizerOutputs:
         self.path_spacing_m = path_spacing_m
         self._path: deque[Any] = deque(maxlen=_PATH_LENGTH)
         self._path_end: SE2 | None = None
-        self._published_ns: int | None = None  # of the last pose
+        self._published_ns: int | None = None  # stamp of the last pose
         self._map_odom: _MapOdom | None = None
         self.claimed: PoseWithCovarianceStamped | None = None
-        """What ``floorplan_pose_with_covariance`` said last; None where nothing is claimed."""
+        """Last message on ``floorplan_pose_with_covariance``; None unless localized."""
         self._tf_stamp_ns = 0
         add = node.add_publisher
         self._pose = add(PoseStamped, 'floorplan_pose', STREAM)
-        self._twin = add(PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STATUS)
+        self._pose_cov = add(PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STATUS)
         self._path_publisher = add(Path, 'floorplan_path', LATCHED)
         self._status = add(DiagnosticStatus, '~/status', STATUS)
         self._diagnostics = add(DiagnosticArray, '/diagnostics', STREAM)
@@ -118,20 +118,20 @@ class LocalizerOutputs:
         self._view = ViewTopics(node)
 
     def forget_path(self) -> None:
-        """Begin a new path: the floorplan was replaced."""
+        """Start a new path, after the floorplan was replaced."""
         self._path.clear()
         self._path_end = None
 
     def forget_pose(self) -> None:
-        """Broadcast nothing until there is a pose again."""
+        """Stop broadcasting until there is a pose again."""
         self._map_odom = self.claimed = None
 
     def publish_pose(self, moment: StampedOutput) -> None:
         """
-        Publish the pose at the newest scan, once, and set the TF; forget it without a claim.
+        Publish the pose at the newest scan once and set the TF; forget both unless localized.
 
-        The pose is in the floorplan grid's own frame and nominal metres, its twin with covariance
-        in ``map``.
+        ``floorplan_pose`` is in the floorplan grid's frame and nominal metres, the pose with
+        covariance in ``map``.
         """
         scan, frame, located = moment.scan, moment.frame, moment.located
         self._view.saw(scan, located)
@@ -148,7 +148,7 @@ class LocalizerOutputs:
             self.claimed = uncertain_pose_to_msg(
                 located.T_map_base, located.cov, scan.stamp_ns, frame.map_id
             )
-            self._twin.publish(self.claimed)
+            self._pose_cov.publish(self.claimed)
 
     def _publish_on_plan(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
         msg = pose_to_msg(pose, stamp_ns, plan_frame)
@@ -159,7 +159,7 @@ class LocalizerOutputs:
             self._path_end = pose
 
     def broadcast(self, stamp_ns: int) -> None:
-        """Repeat the TF, never twice for one stamp: tf2 complains about that."""
+        """Broadcast the TF, once per stamp, because tf2 warns about repeated stamps."""
         map_odom = self._map_odom
         if self._tf is None or map_odom is None or stamp_ns == self._tf_stamp_ns:
             return
@@ -170,7 +170,7 @@ class LocalizerOutputs:
         self._tf.publish(TFMessage(transforms=[transform]))
 
     def publish_tick(self, moment: StampedOutput) -> None:
-        """Publish the path so far, and what was seen and thought, to those who listen."""
+        """Publish live view, path, goal, submap and markers of an update, if subscribed."""
         frame, output = moment.frame, moment.output
         self._view.show(moment.snapshot)
         if frame is None:
@@ -186,13 +186,13 @@ class LocalizerOutputs:
             self._publish_markers(moment, frame, moment.scan)
 
     def publish_status(self, report: LocalizerReport) -> None:
-        """Publish what the last tick said."""
+        """Publish the status of the last update."""
         self._status.publish(report_to_msg(report, self._name))
 
     def publish_diagnostics(
         self, report: LocalizerReport, findings: Sequence[Finding], stamp_ns: int
     ) -> None:
-        """Publish the node's health for the robot's monitor, and what is wrong around it."""
+        """Publish the node's health and findings on ``/diagnostics``."""
         health = report_to_msg(report, f'{self._name}: localization')
         wiring = findings_to_msg(self._name, findings)
         self._diagnostics.publish(diagnostics_to_msg([health, wiring], stamp_ns))
@@ -203,7 +203,7 @@ class LocalizerOutputs:
         self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
 
     def _publish_goal(self, look: NextLook, stamp_ns: int, sensor_pose: SensorPose) -> None:
-        """Publish the place to look from next as a goal, facing as the way leads there."""
+        """Publish where to look next as a goal that faces along the path to it."""
         way = _T_tf_odom(sensor_pose).apply(look.way_odom)
         x, y = way[-1].tolist()
         ahead = way[-1] - way[max(-2, -len(way))]
@@ -211,7 +211,7 @@ class LocalizerOutputs:
         self._goal.publish(pose_to_msg(goal, stamp_ns, sensor_pose.tf_frame))
 
     def _publish_submap(self, output: LocalizerOutput, sensor_pose: SensorPose) -> None:
-        # In the frame that is in TF: that of KISS-ICP need not be.
+        # In the odometry frame of TF, which need not be KISS-ICP's.
         submap = output.submap
         if submap is None or not self._submap.get_subscription_count():
             return

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The documented parameter file of all nodes, ``config/fpnet.yaml``.
+Generator of the documented parameter file of all nodes, ``config/fpnet.yaml``.
 
-Keys of the configuration tree are set to their defaults. What a node takes beside them is in
-comments, so that the command line reads the same file, and what nobody sets stays the node's own.
+Keys of the configuration tree have their defaults. Other parameters of the nodes are in comments,
+so that the command line can read the same file and nodes keep their own defaults.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from fpnet_core.config_docs import render_section, render_yaml
 from fpnet_ros.known_parameters import node_sections
 
 _HEAD = """\
-    # What only the nodes take, with defaults. Take the first # and space away from what you set,
-    # in a file for the nodes: fpnet localize --config refuses these keys.
+    # Parameters of the nodes only, with defaults. Delete the first "# " of those that you set, in
+    # a file for the nodes: fpnet localize --config refuses these keys.
 """
 
 

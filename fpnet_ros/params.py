@@ -43,20 +43,20 @@ _LIST_TYPES = {
     str: ParameterType.PARAMETER_STRING_ARRAY,
 }
 _INT64_MAX = 2**63 - 1  # given
-_FRAMES = ('_frame', 'frame_id')  # given: how keys that name a frame end
+_FRAMES = ('_frame', 'frame_id')  # given: suffixes of keys that name a frame
 
 
 class OwnValues(Node):
     """
-    A node that accepts its own values at any time: what ``ros2 param dump`` wrote, ``load`` reads.
+    Node that accepts unchanged values at any time, so that it can load a dump of its parameters.
 
-    A dump holds what is read-only or read at the start only, and its types get lost on the way:
-    an empty list comes back as one of truth values, ``1e-05`` as a text. What the ``add_...``
-    methods make has parameters for its QoS.
+    ``ros2 param dump`` also writes parameters that cannot change, and it loses types: an empty
+    list becomes a list of booleans, ``1e-05`` a string. Publishers and subscriptions of the
+    ``add_...`` methods have parameters for their QoS.
     """
 
     def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
-        """Return a publisher."""
+        """Return a publisher with QoS overrides."""
         options = QoSOverridingOptions.with_default_policies()
         return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
 
@@ -66,7 +66,7 @@ class OwnValues(Node):
         """
         Subscribe; the callback takes the message, or the message and its information.
 
-        ``raw`` messages are handed over as serialized bytes.
+        With ``raw`` the message is passed as serialized bytes.
         """
         options = QoSOverridingOptions.with_default_policies()
         return self.create_subscription(
@@ -74,7 +74,7 @@ class OwnValues(Node):
         )
 
     def set_parameters_atomically(self, parameter_list: list[Parameter[Any]]) -> Any:
-        """Set those that change anything; an unknown name is refused with the one meant."""
+        """Set the values that differ; refuse an unknown name and suggest a similar one."""
         unknown = [each.name for each in parameter_list if not self.has_parameter(each.name)]
         if unknown:
             own = self.list_parameters([], 0).names
@@ -86,8 +86,8 @@ class OwnValues(Node):
 
     @property
     def way_to_change(self) -> str:
-        """What to do about a parameter that the node reads once."""
-        return 'is read when the node starts: start it again with another value'
+        """Instructions to change a parameter that the node reads only once."""
+        return 'is read when the node starts: restart it with another value'
 
     def _has(self, given: Parameter[Any]) -> bool:
         own = self.get_parameter_or(given.name).value
@@ -95,28 +95,28 @@ class OwnValues(Node):
 
 
 def _dumped(value: Any) -> str:
-    """Return a value as a dump has it; nothing and an empty list are the same there."""
+    """Return a value as a dump has it; unset and an empty list are the same there."""
     plain = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
     return '' if plain in ([], None, 'None') else str(plain)
 
 
 class ParameterTree(Generic[AnySection]):
     """
-    A parameter for every key below a section of the configuration tree.
+    Parameters for all keys below a section of the configuration tree.
 
-    ``value`` is the section with the values given to the node; it follows changes at run time.
+    ``value`` is the section with the current values of the node's parameters.
 
     Parameters
     ----------
     section
         The keys, with type, range, description and default.
     prefix
-        Dotted start of every name, as ``odometry.``.
+        Dotted prefix of every name, for example ``odometry.``.
     without
-        Names of subsections that this node does not read: they keep their defaults.
+        Names of subsections that this node does not read; they keep their defaults.
     live
-        Keys that may change at any time. The others are refused with a reason while
-        ``is_frozen``, which the node sets once it has read them.
+        Keys that may change at any time. Changes of others are refused while ``is_frozen``,
+        which the node sets once it has read them.
     on_change
         Called after a change.
 
@@ -191,7 +191,7 @@ class ParameterTree(Generic[AnySection]):
 def _declare(node: Node, field: ConfigField) -> Any:
     descriptor = describe(field)
     default = list(field.default) if field.is_list else field.default
-    # rclpy takes an empty list for one of bytes, so that parameter is declared by type alone.
+    # rclpy takes an empty list for bytes, so such a parameter is declared by its type alone.
     value = Parameter.Type(descriptor.type) if default == [] else default
     try:
         parameter = node.declare_parameter(field.key, value, descriptor)
@@ -200,7 +200,7 @@ def _declare(node: Node, field: ConfigField) -> Any:
             f'parameter {field.key}: {error}; expected {field.kind.__name__}'
             + (f' {field.constraint}' if field.constraint else '')
         ) from None
-    if parameter.type_ is Parameter.Type.NOT_SET:  # one without a value ends a dump of all
+    if parameter.type_ is Parameter.Type.NOT_SET:  # an unset parameter makes a dump fail
         node.set_parameters([Parameter(field.key, Parameter.Type(descriptor.type), [])])
         return field.default
     return parameter.value

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Start nodes as processes of their own and end them, whatever happens.
+Child processes for nodes, which never outlive their parent.
 
 Used by the demo and by the tests; imports no ROS. Every child leads a process group, so that
-Ctrl-C reaches only the parent, which then ends the children in order; where the parent is killed,
-the kernel ends them.
+Ctrl-C reaches only the parent, which then ends the children in order; if the parent is killed, the
+kernel ends them.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ _ROOT = Path(__file__).resolve().parents[1]
 _PR_SET_PDEATHSIG = 1  # given: linux/prctl.h
 _LIBC = ctypes.CDLL(None)
 # Chosen, not measured:
-_GRACE_S = 15.0  # a node finishes its tick and writes its run folder
+_GRACE_S = 15.0  # a node finishes its update and writes its run folder
 _LOG_TAIL_LINES = 12
 
-# Domains above 101 use ports that Linux hands out to clients. The ports of domain d start at
-# 7400 + 250 d: discovery by multicast at 0, of the first participant at 10.
+# Domains above 101 use ephemeral ports of Linux. The ports of domain d start at 7400 + 250 d:
+# multicast discovery at offset 0, unicast discovery of the first participant at offset 10.
 _DOMAINS = range(1, 101)
 _FIRST_PORT, _PORTS_PER_DOMAIN, _PARTICIPANT_PORT = 7400, 250, 10  # given
 
 
 class NodeDiedError(FpnetError):
-    """A process ended before it should; the message carries its last log lines."""
+    """Unexpected end of a process; the message has its last log lines."""
 
 
 def free_domain_id() -> int:
-    """Return a ROS domain in which nobody on this machine takes part."""
+    """Return a ROS domain without participants on this machine."""
     candidates = list(_DOMAINS)
     random.SystemRandom().shuffle(candidates)
     for domain_id in candidates:
@@ -68,9 +68,9 @@ def _is_free(port: int) -> bool:
 
 def private_environment(domain_id: int) -> dict[str, str]:
     """
-    Return the environment for nodes that talk on this machine only, in their own domain.
+    Return the environment for nodes that communicate on this machine only, in their own domain.
 
-    Takes large clouds through shared memory where /dev/shm has room for it.
+    It has the shared-memory profile for large clouds if /dev/shm has room for it.
     """
     environment = dict(os.environ)
     environment['ROS_DOMAIN_ID'] = str(domain_id)
@@ -84,7 +84,7 @@ def private_environment(domain_id: int) -> dict[str, str]:
 
 
 def share_file(name: str) -> Path:
-    """Return an installed file such as ``config/fpnet.yaml``; in a checkout, the one there."""
+    """Return the path of a shared file, for example ``config/fpnet.yaml``, in a checkout first."""
     prefixes = [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     candidates = [Path(prefix) / 'share' / PACKAGE / name for prefix in prefixes if prefix]
     for path in [_ROOT / name, *candidates]:
@@ -101,7 +101,7 @@ def node_command(name: str) -> list[str]:
 def ros_arguments(
     parameters: Mapping[str, Any] | None = None, remappings: Mapping[str, str] | None = None
 ) -> list[str]:
-    """Return command-line arguments; JSON is the subset of YAML that keeps types apart."""
+    """Return command-line arguments; values are JSON, so that YAML keeps their types."""
     arguments = ['--ros-args']
     for name, value in (parameters or {}).items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
@@ -112,7 +112,7 @@ def ros_arguments(
 
 @dataclass(frozen=True)
 class Child:
-    """A running node and where its output goes."""
+    """A running node and the file of its output."""
 
     name: str
     process: subprocess.Popen[bytes]
@@ -126,14 +126,14 @@ class Child:
 
 class ProcessGroup:
     """
-    Children that end with this context, in the reverse order of their start.
+    Child processes that end with this context, in reverse order of their start.
 
     Parameters
     ----------
     log_dir
         Folder for ``<name>.log`` of every child.
     environment
-        For all children.
+        Environment of all children.
     """
 
     def __init__(self, log_dir: Path, environment: Mapping[str, str]) -> None:
@@ -172,7 +172,7 @@ class ProcessGroup:
         """
         Raise NodeDiedError if a child has ended.
 
-        Those in ``may_end`` may, with exit status 0.
+        Children in ``may_end`` may end with exit status 0.
         """
         for child in self._children:
             status = child.process.poll()
@@ -184,7 +184,7 @@ class ProcessGroup:
             )
 
     def stop(self) -> None:
-        """End every child: politely, then after a grace period for good."""
+        """End every child with SIGTERM, and after a grace period with SIGKILL."""
         running = [child for child in reversed(self._children) if child.process.poll() is None]
         for child in running:
             _signal_group(child, signal.SIGTERM)
@@ -206,4 +206,4 @@ def _signal_group(child: Child, number: signal.Signals) -> None:
     try:
         os.killpg(child.process.pid, number)
     except ProcessLookupError:
-        return  # it ended by itself meanwhile
+        return  # it has ended meanwhile

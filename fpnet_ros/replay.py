@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Play a ROS 2 bag into live topics, raw bytes as recorded."""
+"""Node that plays a ROS 2 bag into live topics, in raw bytes as recorded."""
 
 from __future__ import annotations
 
@@ -32,36 +32,34 @@ from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, run_node
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
-_CLOCK_PERIOD_S = 1 / 40  # given: that of `ros2 bag play --clock`; each node hears every tick
+_CLOCK_PERIOD_S = 1 / 40  # given: as `ros2 bag play --clock`; every node receives each message
 # Chosen, not measured:
 _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
-# Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
+# Discovery is mutual: a best-effort subscriber may discover this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
-# Recorders get what is latched when they subscribe, one topic after the other.
+# A recorder gets latched messages when it subscribes, one topic after the other.
 _LATCHED_FIRST_NS = NS_PER_S
-# Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
+# Reliable subscribers acknowledge the last messages within milliseconds; dead ones never do.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
 
 class ReplayParameters(Section):
-    """What to play, and how fast."""
+    """Parameters of the replay."""
 
     bag: str = Field('', description='Folder of the bag, or its .db3 or .mcap file.')
     topics: tuple[str, ...] = Field((), description='Topics to play; empty plays all.')
     rate: float = Field(1.0, gt=0.0, le=100.0, description='Recorded seconds per second.')
-    start_offset_s: float = Field(0.0, ge=0.0, description='Skip the recording until here.')
-    loop: bool = Field(
-        False, description='Start again at the end; stamps and /clock go back with it.'
-    )
+    start_offset_s: float = Field(0.0, ge=0.0, description='Time to skip at the start.')
+    loop: bool = Field(False, description='Repeat the recording; stamps and /clock then go back.')
     clock: bool = Field(False, description='Publish the recorded time on /clock.')
     wait_for_subscriber_s: float = Field(
         10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
     )
     wait_for_localizer: bool = Field(
         False,
-        description='Wait as long for a localizer with a floorplan, and for a subscriber of '
-        'every topic of scans.',
+        description='Within wait_for_subscriber_s, wait for a localizer with a floorplan, and for '
+        'subscribers of all topics of scans.',
     )
     max_ahead: int = Field(
         0, ge=0, description='Pause while kiss/odometry is this many scans behind; 0: never.'
@@ -90,7 +88,7 @@ class ReplayNode(OwnValues):
         self._executor.add_node(self)
 
     def play(self) -> None:
-        """Play the recording, once unless it loops; returns when it is delivered."""
+        """Play the recording, once unless it loops; return when it is delivered."""
         with BagReader(Path(self._settings.bag)) as bag:
             types = self._chosen_topics(bag)
             latched = frozenset(topic for topic in types if bag.is_latched(topic))
@@ -125,18 +123,18 @@ class ReplayNode(OwnValues):
         self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]
     ) -> None:
         deadline = time.monotonic() + self._settings.wait_for_subscriber_s
-        while not self._is_awaited(publishers, scans):
+        while not self._is_ready(publishers, scans):
             if time.monotonic() > deadline:
-                self.get_logger().warning('nobody is ready for it; playing anyway')
+                self.get_logger().warning('the subscribers are not ready; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
         self._spin_for(_DISCOVERY_SETTLE_S)
 
-    def _is_awaited(self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]) -> bool:
-        """Tell whether those are there whom a lost message would be lost for."""
+    def _is_ready(self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]) -> bool:
+        """Return whether the awaited subscribers are ready."""
         if not self._settings.wait_for_localizer:
             return any(publisher.get_subscription_count() for publisher in publishers)
-        # A localizer that speaks is compiled and subscribed.
+        # A localizer that publishes its status has compiled and subscribed.
         is_ready = self._status not in (None, Status.NO_PLAN)
         return is_ready and all(publisher.get_subscription_count() for publisher in scans)
 
@@ -147,10 +145,10 @@ class ReplayNode(OwnValues):
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], latched: frozenset[str]
     ) -> int:
         """
-        Publish what is latched from the recording's start on; return how many messages that is.
+        Publish the latched messages of the recording's first second; return their number.
 
-        Who is waited for may wait for it: a localizer for the recorded map, scans for the place of
-        their sensor.
+        The awaited nodes may need them to become ready: a localizer the recorded map, scans the
+        mount of their sensor.
         """
         found = bag.raw_messages(sorted(latched)) if latched else ()
         until_ns, count = None, 0
@@ -170,7 +168,7 @@ class ReplayNode(OwnValues):
         total: int,
         early: int = 0,
     ) -> int:
-        """Publish the recording but for the first ``early`` latched messages; return how many."""
+        """Publish all but the first ``early`` latched messages; return the number with them."""
         played = scans = self._confirmed = 0
         first_ns: int | None = None
         columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
@@ -187,7 +185,7 @@ class ReplayNode(OwnValues):
                 if stamp_ns >= first_ns:
                     started_s += self._wait_for_odometry(scans)
                     self._wait_until(stamp_ns, first_ns, started_s)
-                elif topic not in latched:  # what is latched still holds
+                elif topic not in latched:  # latched messages are still valid
                     continue
                 publishers[topic].publish(data)
                 played, scans = played + 1, scans + (kind in SCANS)
@@ -198,10 +196,10 @@ class ReplayNode(OwnValues):
 
     def _wait_for_odometry(self, scans: int) -> float:
         """
-        Pause while odometry is too far behind; returns for how long [s].
+        Pause while odometry is too far behind; return for how long [s].
 
-        A machine too slow for the sensor's rate thus plays slower instead of losing scans. What
-        odometry refuses is never confirmed, so silence ends the pause and counts as done.
+        A machine too slow for the sensor's rate thus plays slower instead of losing scans. Refused
+        scans are never confirmed, so after ``_SILENCE_S`` without odometry all count as confirmed.
         """
         started_s = time.monotonic()
         heard_s, confirmed = started_s, self._confirmed
@@ -210,7 +208,7 @@ class ReplayNode(OwnValues):
             if self._confirmed != confirmed:
                 heard_s, confirmed = time.monotonic(), self._confirmed
             elif time.monotonic() - heard_s > _SILENCE_S:
-                self.get_logger().warning('odometry is silent; playing on')
+                self.get_logger().warning('no odometry is received; playing on')
                 self._confirmed = scans
                 break
         return time.monotonic() - started_s
@@ -232,7 +230,7 @@ class ReplayNode(OwnValues):
             self._clock_publisher.publish(ClockMsg(clock=stamp_to_msg(now_ns)))
 
     def _spin_for(self, seconds: float) -> None:
-        """Answer parameter services for a while; raises ExternalShutdownException on shutdown."""
+        """Answer parameter services for a while; raise ExternalShutdownException on shutdown."""
         deadline = time.monotonic() + seconds
         while (left_s := deadline - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left_s)
@@ -241,7 +239,7 @@ class ReplayNode(OwnValues):
 
 
 def _message_class(msgtype: str) -> Any:
-    """Return the class of a type such as ``sensor_msgs/msg/PointCloud2``."""
+    """Return the class of a type, for example ``sensor_msgs/msg/PointCloud2``."""
     package, _, name = msgtype.split('/')
     try:
         return getattr(import_module(f'{package}.msg'), name)
@@ -252,5 +250,5 @@ def _message_class(msgtype: str) -> Any:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node; returns the exit status."""
+    """Run the node and return the exit status."""
     return run_node(ReplayNode, arguments, ReplayNode.play)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The robot's own odometry, as a first guess for scan matching: from a topic or from TF."""
+"""The robot's own odometry from a topic or TF, as initial guess for scan matching."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
-_LATE_S = 0.15  # wheels and their fusion report ten times a second and more, or
-_LATE_GAPS = 1.5  # are waited for by so many of the times between their reports
-_SILENT_S = 0.5  # whoever has said nothing for so long is not waited for
-_GAPS = 9  # numerical: reports that tell how far they are apart
+_LATE_S = 0.15  # least wait for a pose: most odometry is published at 10 Hz or more
+_LATE_GAPS = 1.5  # wait in intervals between messages, if that is longer
+_SILENT_S = 0.5  # odometry silent for longer is not waited for
+_GAPS = 9  # numerical: intervals of which the median counts
 
 
 class RobotOdometryParameters(LaserParameters):
-    """Where the robot's own odometry comes from."""
+    """Source of the robot's own odometry."""
 
     robot_odometry: Literal['none', 'topic', 'tf'] = Field(
         'none',
-        description="First guess of every registration, and a check: the robot's own odometry, "
-        'from the topic odom, or from odom_frame in TF.',
+        description="The robot's own odometry, as initial guess and check of each registration: "
+        'none, from the topic odom, or from odom_frame in TF.',
     )
     odom_frame: str = Field('', description="Frame of the robot's own odometry in TF.")
 
 
 class Patience:
-    """How long reports are waited for that come about as often as they did."""
+    """Wait for periodic messages, from the intervals between the last ones."""
 
     def __init__(self, now_s: float) -> None:
         self.heard_s = now_s
@@ -52,32 +52,32 @@ class Patience:
 
     @property
     def wait_s(self) -> float:
-        """Return for how long the next report is worth waiting [s]."""
+        """Return how long to wait for the next message [s]."""
         return max(_LATE_S, _LATE_GAPS * median(self._gaps_s))
 
     def hear(self, now_s: float) -> None:
-        """Take note of a report."""
+        """Note a received message."""
         self._gaps_s.append(now_s - self.heard_s)
         self.heard_s = now_s
 
 
 class RobotOdometry:
     """
-    Poses of the robot's own odometry, for another thread than the executor's.
+    Poses of the robot's own odometry; another thread than the executor's may query them.
 
     Parameters
     ----------
     subscribe
-        Makes a subscription: message class, topic, callback, QoS.
+        Creates a subscription from message class, topic, callback and QoS.
     parameters
-        Where poses come from.
+        Source of the poses.
     report
-        Takes what is wrong with a message.
+        Called with the error of an unusable message.
 
     Attributes
     ----------
     missed
-        Poses that were asked for and did not come in time, though the robot's odometry is heard.
+        Queried poses that did not arrive in time although the odometry is received.
     """
 
     def __init__(
@@ -89,8 +89,8 @@ class RobotOdometry:
         source = parameters.robot_odometry
         if source == 'tf' and not parameters.odom_frame:
             raise ConfigError(
-                'parameter odom_frame is empty; with robot_odometry tf it names the frame of the '
-                "robot's own odometry in TF, as odom"
+                'parameter odom_frame is empty; with robot_odometry tf set it to the frame of the '
+                "robot's own odometry in TF, for example odom"
             )
         self.where = PoseLookup(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
         self._source, self._report = source, report
@@ -107,22 +107,22 @@ class RobotOdometry:
 
     @property
     def is_used(self) -> bool:
-        """Whether there is one."""
+        """Whether a source is configured."""
         return self._source != 'none'
 
     def topic(self, node: Node) -> str:
-        """Return the topic that it comes from."""
-        if self._source == 'tf':  # where others publish as well
+        """Return the topic of the odometry, for log lines."""
+        if self._source == 'tf':  # /tf has other publishers too
             return f'{node.resolve_topic_name("/tf")} from {self._odom_frame!r}'
         return node.resolve_topic_name('odom')
 
     @property
     def silence_s(self) -> float:
-        """Time since the robot's odometry was last heard [s]."""
+        """Time since the last message of the robot's odometry [s]."""
         return time.monotonic() - self._patience.heard_s
 
     def pose(self, frame: str, stamp_ns: int) -> Array | None:
-        """Return ``T_odom_frame (4, 4)`` at a time; waits a moment, but not for the dead."""
+        """Return ``T_odom_frame (4, 4)`` at a time, None if it does not arrive in time."""
         if not self.is_used:
             return None
         with self._changed:
@@ -138,26 +138,26 @@ class RobotOdometry:
         return T_odom_frame
 
     def add_fixed(self, parent: str, child: str, T_parent_child: Array) -> None:
-        """Take a transform that never changes."""
+        """Add a static transform."""
         with self._changed:
             self.where.tree.add_fixed(parent, child, T_parent_child)
             self._changed.notify()
 
     def wait_until(self, is_known: Callable[[], bool], deadline_s: float) -> bool:
-        """Wait for a transform that never changes; False where it has not come by a time."""
+        """Wait for a static transform until a monotonic time; return whether it arrived."""
         with self._changed:
             return self._changed.wait_for(is_known, max(0.0, deadline_s - time.monotonic()))
 
     def _on_odometry(self, msg: Odometry) -> None:
         try:
-            reading = odometry_from_msg(msg)
+            stamped = odometry_from_msg(msg)
         except OdometryError as error:
             self._report(error)
             return
         with self._changed:
             self._patience.hear(time.monotonic())
             self.where.add_pose(
-                reading.parent, reading.child, reading.T_parent_child, reading.stamp_ns
+                stamped.parent, stamped.child, stamped.T_parent_child, stamped.stamp_ns
             )
             self._changed.notify()
 

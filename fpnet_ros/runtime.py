@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How every node of this package starts, logs a fatal error, and ends."""
+"""Start, logging and shutdown of every node of this package."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ from msg_adapters.diagnostics import LocalizerReport
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 STREAM_QUEUE = 50
-"""Messages that a publisher or subscription of this package holds back. Chosen."""
+"""Queue depth of the publishers and subscriptions of this package. Chosen."""
 
 ODOMETRY_QUEUE = 100
 """
-Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late. Chosen.
+Queue depth: wheel odometry at 100 Hz for one second; older poses would be too late. Chosen.
 """
 
 
@@ -60,23 +60,23 @@ def _profile(
 
 
 LATCHED = _profile(1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Given: as map_server: whoever subscribes later still gets the last message."""
+"""Given: as map_server; late subscribers get the last message."""
 
 STATUS = _profile(10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last. Chosen."""
+"""Like ``LATCHED``, with a longer queue for a topic that changes. Chosen."""
 
 
 def sensor_data(depth: int) -> QoSProfile:
     """
-    Return what matches every lidar driver.
+    Return a profile that matches every lidar driver.
 
-    What a node cannot take in time waits here too: the depth bounds how late it may be.
+    Messages also wait in this queue while a node is busy: the depth bounds their delay.
     """
     return _profile(depth, QoSReliabilityPolicy.BEST_EFFORT)
 
 
 STREAM = _profile(STREAM_QUEUE)
-"""What this package publishes; subscriptions of either reliability match it."""
+"""Profile of publishers; subscriptions of either reliability match it."""
 
 TF = _profile(100)
 """Given: as tf2_ros for ``/tf``."""
@@ -86,17 +86,17 @@ TF_STATIC = _profile(100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 _SWITCH_S = 0.001
 """
-Threads take turns this often. By Python's default of 5 ms, the executor's thread, which needs the
-interpreter for moments only, would wait that long at every turn while a tick computes. Chosen.
+Interval of thread switches. With Python's default of 5 ms the executor's thread, which needs the
+interpreter only briefly, would wait that long at every switch during an update. Chosen.
 """
 
 STALE_INPUT_S = 3.0
-"""Numerical: an input silent for longer is missing; sensors report ten times a second."""
+"""Numerical: an input silent for longer is missing; sensors publish ten times a second."""
 
-_QUIET_S = 60.0  # chosen: without a loss for so long the next one is news
+_QUIET_S = 60.0  # chosen: the next loss after this time without one is logged
 
 ERROR_PERIOD_S = 5.0
-"""Time between two lines about the same kind of bad input. Chosen."""
+"""Least time between two log lines about the same kind of bad input. Chosen."""
 
 
 def run_node(
@@ -105,11 +105,11 @@ def run_node(
     run: Callable[[AnyNode], Any] = rclpy.spin,
 ) -> int:
     """
-    Make a node, run it until it ends or is interrupted, and return the process's exit status.
+    Create a node, run it until it ends or is interrupted, and return the process's exit status.
 
     Bad input at the start (FpnetError, a malformed parameter file, an unknown parameter) is
-    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0. More of
-    them, as a launch file and a terminal send both, do not interrupt the end.
+    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0. Further
+    signals do not interrupt the shutdown: a launch file and a terminal may both send one.
     """
     interrupts = _Interrupts()
     node: AnyNode | None = None
@@ -127,11 +127,11 @@ def run_node(
             logger.fatal(one_line(error))
             status = 1
         except RuntimeError:
-            # The signal arrived within a callback, whose publishers were gone from then on.
+            # A signal shut the context down during a callback, so that publishing failed.
             if rclpy.ok():
                 raise
         interrupts.is_over = True
-    except KeyboardInterrupt:  # the only one, be it as late as in what is above
+    except KeyboardInterrupt:  # raised at most once, perhaps in the handlers above
         pass
     finally:
         interrupts.ignore()
@@ -143,9 +143,9 @@ def run_node(
 
 class _Interrupts:
     """
-    Raises KeyboardInterrupt at the first SIGINT or SIGTERM, and at no other.
+    Raises KeyboardInterrupt at the first SIGINT or SIGTERM only.
 
-    ``is_over``: nor at the first one. In threads but the main one it leaves signals as they are.
+    If ``is_over``, not even at the first. Outside the main thread it leaves signals unchanged.
     """
 
     _NUMBERS = signal.SIGINT, signal.SIGTERM
@@ -160,7 +160,7 @@ class _Interrupts:
             raise KeyboardInterrupt
 
     def ignore(self) -> None:
-        """Let nothing but SIGKILL interrupt what follows: the state is saved there."""
+        """Ignore SIGINT and SIGTERM from now on, while the state is saved."""
         self.is_over = True
         self._handle(signal.SIG_IGN)
 
@@ -171,7 +171,7 @@ class _Interrupts:
 
 
 class _ToRos(logging.Handler):
-    """Hands what the core logs to the ROS logger, so that it reaches /rosout too."""
+    """Forwards log records of the core to the ROS logger, so that they reach /rosout too."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Log one record at its level."""
@@ -190,7 +190,7 @@ def _enter_ros(arguments: Sequence[str] | None) -> None:
     try:
         rclpy.init(args=None if arguments is None else list(arguments))
     except RuntimeError as error:
-        # rcl raises its own child for unreadable parameter files and malformed --ros-args.
+        # rcl raises a subclass of it for unreadable parameter files and malformed --ros-args.
         raise ConfigError(f'{error}; check the arguments after --ros-args') from None
     logging.basicConfig(level=logging.INFO, handlers=[_ToRos()])
     for said in (log_dir, kernel_cache.SAID):
@@ -201,7 +201,7 @@ def _enter_ros(arguments: Sequence[str] | None) -> None:
 
 
 def _keep_logs_where_possible() -> str:
-    """Move log files that ROS cannot write, which would end the node; returns what to say."""
+    """Move log files that ROS cannot write, which would end the node; return a warning."""
     home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
     wanted = Path(os.environ.get('ROS_LOG_DIR') or home / 'log')
     if is_writable(wanted):
@@ -214,12 +214,12 @@ class ErrorLog:
     """
     Logs bad input that was dropped: one line per kind of error and period, not at sensor rate.
 
-    Errors that say the same but for the figures in it are of one kind.
+    Errors whose messages differ only in numbers are of one kind.
 
     Parameters
     ----------
     log
-        Takes the line.
+        Logs a line.
     clock
         Returns seconds.
     """
@@ -245,13 +245,13 @@ class ErrorLog:
 
 
 def error_reporter(node: Node) -> Callable[[BaseException], None]:
-    """Return what logs a node's errors: bad input now and then, a defect whenever it shows."""
+    """Return a function that logs errors of a node: bad input rate-limited, defects always."""
     errors = ErrorLog(node.get_logger().error)
 
     def report(error: BaseException) -> None:
         if isinstance(error, FpnetError):
             errors.report(error)
-        elif node.context.ok():  # else the publishers were gone, which is no defect
+        elif node.context.ok():  # otherwise the node is shutting down, which is no defect
             node.get_logger().error(described(error))
 
     return report
@@ -259,12 +259,12 @@ def error_reporter(node: Node) -> Callable[[BaseException], None]:
 
 class StatusLog:
     """
-    Logs what the localizer says whenever its status changes, once: trouble as a warning.
+    Logs each change of the localizer's status once, as a warning if it needs attention.
 
     Parameters
     ----------
     info, warn
-        Take the line.
+        Log a line.
     """
 
     def __init__(self, info: Callable[[str], Any], warn: Callable[[str], Any]) -> None:
@@ -272,7 +272,7 @@ class StatusLog:
         self._last: tuple[Status, bool] | None = None
 
     def tell(self, report: LocalizerReport) -> None:
-        """Log a tick's report unless the last one had the same status."""
+        """Log the report of an update unless the last one had the same status."""
         status = report.status, report.is_mirrored
         if status == self._last:
             return
@@ -285,12 +285,12 @@ class StatusLog:
 
 class SilenceLog:
     """
-    Logs an input that has fallen silent, or never was heard, and when it is back: once each.
+    Logs once when an input stops or never starts, and once when it is back.
 
     Parameters
     ----------
     info, warn
-        Take the line.
+        Log a line.
     """
 
     def __init__(self, info: Callable[[str], Any], warn: Callable[[str], Any]) -> None:
@@ -298,26 +298,26 @@ class SilenceLog:
         self._silent: set[str] = set()
 
     def follow(self, ages_s: Mapping[str, float], limit_s: float) -> bool:
-        """Take for how long nothing has come on each topic [s]; True where there is news."""
+        """Check the age of each topic's last message [s]; return whether a line was logged."""
         before = set(self._silent)
         for topic, age_s in ages_s.items():
             if age_s > limit_s and topic not in self._silent:
                 self._silent.add(topic)
-                self._warn(f'nothing on {topic} for {age_s:.0f} s: does anybody publish it?')
+                self._warn(f'no message on {topic} for {age_s:.0f} s: is it published?')
             elif age_s <= limit_s and topic in self._silent:
                 self._silent.remove(topic)
-                self._info(f'{topic} is heard again')
+                self._info(f'{topic} is received again')
         return self._silent != before
 
 
 class LossLog:
     """
-    Logs what scans are lost by, once each, and again after none was for a minute.
+    Logs each reason for lost scans once, and again after a minute without losses.
 
     Parameters
     ----------
     warn
-        Takes the line.
+        Logs a line.
     clock
         Returns seconds.
     """
@@ -331,14 +331,14 @@ class LossLog:
 
     def follow(self, counts: Mapping[str, int], remedies: Mapping[str, str]) -> list[str]:
         """
-        Return by what scans were lost since the last call.
+        Return the reasons for scans lost since the last call, and log new ones.
 
         Parameters
         ----------
         counts
-            Scans so far, by what they were lost by.
+            Scans lost so far, by reason.
         remedies
-            What to do about it; what has none is logged elsewhere.
+            Advice by reason; reasons without any are logged elsewhere.
         """
         news = [what for what, count in counts.items() if count > self._counts.get(what, 0)]
         self._counts, now_s = dict(counts), self._clock()
@@ -351,27 +351,27 @@ class LossLog:
 
 class Once:
     """
-    Tells that something fails, once for each way in which it does, until it has succeeded again.
+    Logs each distinct failure once, until success is reported.
 
     Parameters
     ----------
     tell
-        Takes what there is to say.
+        Logs a failure.
     """
 
     def __init__(self, tell: Callable[[Any], Any]) -> None:
         self._tell = tell
-        self._told: set[str] = set()
+        self._logged: set[str] = set()
 
     def tell(self, what: Any, way: str = '') -> None:
-        """Tell the first of several failures."""
-        if way not in self._told:
-            self._told.add(way)
+        """Log the first of several failures of the same kind ``way``."""
+        if way not in self._logged:
+            self._logged.add(way)
             self._tell(what)
 
     def clear(self, way: str | None = None) -> None:
-        """Say that it has succeeded, in one way, or at all."""
-        self._told -= self._told.copy() if way is None else {way}
+        """Report success, for one kind of failure or for all."""
+        self._logged -= self._logged.copy() if way is None else {way}
 
 
 def one_line(error: BaseException) -> str:
@@ -380,13 +380,13 @@ def one_line(error: BaseException) -> str:
 
 
 def described(error: BaseException) -> str:
-    """Return an error in one line: bad input as it says, a defect with type, place and cause."""
+    """Return an error in one line; that of a defect has type, location and cause."""
     if isinstance(error, FpnetError):
         return one_line(error)
     where = traceback.extract_tb(error.__traceback__)[-1:]
     place = ''.join(f' in {Path(at.filename).name}:{at.lineno} ({at.name})' for at in where)
     before = error.__cause__ or error.__context__
-    cause = '' if before is None else f'; before that: {_typed(before)}'
+    cause = '' if before is None else f'; caused by: {_typed(before)}'
     return f'internal error, please report it: {_typed(error)}{place}{cause}'
 
 

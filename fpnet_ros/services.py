@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the localizer can be asked: our own services, and AMCL's by their names."""
+"""Services of the localizer node: its own, and AMCL's under their names."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from fpnet_ros.optional_messages import NO_SERVICE, SetInitialPose
 def offer_services(
     node: ManagedNode, look_again: Callable[[], None], reset: Callable[[], None]
 ) -> None:
-    """Offer to forget placements, and the submap as well."""
+    """Offer ``~/relocalize`` and ``~/reset``."""
 
     def on_relocalize(_: Any, response: Trigger.Response) -> Trigger.Response:
         look_again()
-        return succeeded(response, 'forgot every placement; the submap stays')
+        return succeeded(response, 'discarded all hypotheses; the submap stays')
 
     def on_reset(_: Any, response: Trigger.Response) -> Trigger.Response:
         reset()
         look_again()
-        return succeeded(response, 'forgot the submap and every placement')
+        return succeeded(response, 'discarded the submap and all hypotheses')
 
     node.add_service(Trigger, '~/relocalize', on_relocalize)
     node.add_service(Trigger, '~/reset', on_reset)
@@ -36,7 +36,7 @@ def offer_services(
 def offer_amcl_services(
     node: ManagedNode, look_again: Callable[[], None], update: Callable[[], None]
 ) -> None:
-    """Offer what AMCL does: not where it runs beside, as a name has one server."""
+    """Offer AMCL's services; do not call it beside AMCL, as a service has only one server."""
 
     def on_reinitialize(_: Any, response: Empty.Response) -> Empty.Response:
         look_again()
@@ -51,7 +51,7 @@ def offer_amcl_services(
 
 
 def offer_set_initial_pose(node: ManagedNode, words: InitialPoses, is_amcl_there: bool) -> None:
-    """Offer to take a pose, under AMCL's name too; its answer is empty, the log tells more."""
+    """Offer ``~/set_initial_pose``, and without AMCL its name too; the response is empty."""
     if SetInitialPose is None:
         node.get_logger().warning(NO_SERVICE)
         return
@@ -68,10 +68,10 @@ def offer_save_state(
     node: ManagedNode, path: Callable[[], str], save: Callable[[], Future[str] | None]
 ) -> None:
     """
-    Offer to write the state; the answer waits for the file.
+    Offer ``~/save_state``; the response is sent once the file is written.
 
-    ``save`` begins to, and its future has what went wrong, empty: nothing; None: the node is not
-    configured.
+    ``save`` starts to save; its future has the error message, empty on success. It returns None
+    if the node is not configured.
     """
 
     async def on_save(_: Any, response: Trigger.Response) -> Trigger.Response:
@@ -89,6 +89,6 @@ def offer_save_state(
 
 
 def succeeded(response: Trigger.Response, message: str) -> Trigger.Response:
-    """Return a response that says so."""
+    """Return the response, marked as successful."""
     response.success, response.message = True, message
     return response

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the localizer node beside the configuration tree."""
+"""Parameters of the localizer node, and which of all keys may change at any time."""
 
 from __future__ import annotations
 
@@ -15,33 +15,31 @@ from msg_adapters.poses import UncertainPose
 
 
 class LocalizerParameters(InputParameters):
-    """What only the node needs beside the configuration tree."""
+    """Parameters of the localizer node outside the configuration tree."""
 
     site: str = Field(
         '',
-        description='site.yaml, folder of maps or Open-RMF *.building.yaml with the storeys; '
-        'empty: the floorplan comes as a message.',
+        description='site.yaml, folder of maps or Open-RMF *.building.yaml with all floors; '
+        'empty: the floorplan is received as a message.',
     )
     map_frame: str = Field('map', description='Frame of the floorplan at its true scale.')
-    tf_broadcast: bool = Field(True, description='Publish the TF from map_frame to odometry.')
+    tf_broadcast: bool = Field(True, description='Publish TF from map_frame to odometry.')
     hand_over: bool = Field(
         False,
-        description='AMCL keeps track: initialpose tells it once that the robot was found, and '
-        "neither TF nor AMCL's services are ours.",
+        description='Initialize AMCL once on initialpose, and leave TF and the services with '
+        "AMCL's names to it.",
     )
-    set_initial_pose: bool = Field(
-        False, description='initial_pose tells where the robot is at the start.'
-    )
+    set_initial_pose: bool = Field(False, description='Use initial_pose as a hint at the start.')
     initial_pose: InitialPose = InitialPose()
     transform_tolerance: float = Field(
-        0.5, ge=0.0, le=10.0, description='The TF is post-dated by this much [s].'
+        0.5, ge=0.0, le=10.0, description='TF is post-dated by this much [s].'
     )
     scan_timeout_s: float = Field(
         1.0,
         gt=0.0,
-        description='Without a located scan for so long TF ends, and the status is waiting.',
+        description='Time without a located scan until TF stops and the status is waiting.',
     )
-    tf_rate_hz: float = Field(25.0, ge=1.0, le=200.0, description='Rate of the TF.')
+    tf_rate_hz: float = Field(25.0, ge=1.0, le=200.0, description='Rate of TF.')
     path_spacing_m: float = Field(
         0.1, ge=0.0, description='Distance between poses of floorplan_path.'
     )
@@ -51,21 +49,21 @@ class LocalizerParameters(InputParameters):
         description='Silence of an input after which log and diagnostics warn.',
     )
     state_file: str = Field(
-        '', description='Where the state is saved, and read at the start; empty: nowhere.'
+        '', description='File of the saved state, restored at the start; empty: none.'
     )
     autosave_period_s: float = Field(
-        0.0, ge=0.0, description='Time between two saves of the state; 0: only on request.'
+        0.0, ge=0.0, description='Time between two saves; 0: only on request and at the end.'
     )
-    run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
+    run_dir: str = Field('', description='Folder for a file per update; empty: none.')
 
     @property
     def first_pose(self) -> UncertainPose | None:
-        """Where the robot is at the start, None where nobody says."""
+        """Hint from the parameters, None if unset."""
         return self.initial_pose.in_frame(self.map_frame) if self.set_initial_pose else None
 
     @property
     def sends_tf(self) -> bool:
-        """Whether the transform to odometry is ours."""
+        """Whether this node publishes the transform to odometry."""
         return self.tf_broadcast and not self.hand_over
 
 
@@ -77,7 +75,7 @@ LIVE = (
     'stale_input_s',
     'path_spacing_m',
 )
-"""Those that may change at any time."""
+"""Parameters that may change at any time."""
 
 _READ_ONCE = ('scorer_weights', 'plan_prior', 'match_probability')
 
@@ -86,4 +84,4 @@ LIVE_CONFIG = tuple(
     for field in config_fields(LocalizerConfig, 'localizer.')
     if field.key.removeprefix('localizer.') not in _READ_ONCE
 )
-"""Keys of the configuration tree that may change at any time: thresholds, read with every tick."""
+"""Keys of the configuration tree that may change at any time, as every update reads them."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a localizer leaves on disk: what goes wrong with it is told once, and stops nothing."""
+"""Files that a localizer node writes; errors are logged once and do not stop the node."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.runtime import Once, one_line
 
 _RESTARTED = 'odometry was restarted since the state was saved'
-_UNKNOWN = 'whether odometry has gone on since the state was saved cannot be told'
-_KEPT = 'its submap is left, floorplan, scale and last place are a first guess'
+_UNKNOWN = 'it is unknown whether odometry was restarted since the state was saved'
+_KEPT = 'starting a new submap; floorplan, scale and last place are the first guess'
 
 
 class StateFile:
     """
-    Saves and restores one localizer, never into another frame of the odometry.
+    Saves and restores one localizer, never into another odometry frame.
 
     Parameters
     ----------
     path
-        Where; empty: nowhere.
+        File; empty: none.
     odometry
-        Returns the run that publishes now.
+        Returns the current run of the odometry.
     logger
-        The node's.
+        The node's logger.
     """
 
     def __init__(
@@ -41,11 +41,11 @@ class StateFile:
         self.path = path
         self._localizer, self._odometry, self._logger = localizer, odometry, logger
         self._run = OdometryRun()
-        self._saved_run: OdometryRun | None = None  # until a scan tells whether that goes on
+        self._saved_run: OdometryRun | None = None  # until a scan shows whether it goes on
         self._errors = Once(logger.error)
 
     def save(self) -> str:
-        """Write the state, if anywhere; returns what went wrong, empty: nothing."""
+        """Write the state, if there is a path; return the error message, empty on success."""
         if not self.path:
             return ''
         try:
@@ -57,7 +57,7 @@ class StateFile:
         return ''
 
     def restore(self) -> None:
-        """Go on from a saved state; a bad one is no reason not to start."""
+        """Restore a saved state; log an unusable one and start without it."""
         if not self.path:
             return
         remove_partials(Path(self.path))
@@ -69,18 +69,18 @@ class StateFile:
             self._logger.error(f'{one_line(error)}; starting anew')
             return
         self._saved_run = OdometryRun.from_text(saved_with)
-        self._logger.info(f'restored the state in {self.path}')
+        self._logger.info(f'restored the state from {self.path}')
 
     def follow_odometry(self) -> None:
-        """See who publishes the odometry by now; called now and then while the node is alive."""
+        """Update the current run of the odometry; called periodically."""
         if self.path:
             self._run = self._odometry()
 
     def before_scan(self) -> None:
-        """Compare the restored run with the first scan's: another one has another frame."""
+        """Compare the restored run with the first scan's: another run has another frame."""
         saved, self._saved_run = self._saved_run, None
         if saved is not None or not self._run.publishers:
-            # Publishers are known before their first message is, and with it its number.
+            # Publishers are known before their first message, which has the number.
             self.follow_odometry()
         if saved is None:
             return
@@ -93,12 +93,12 @@ class StateFile:
 
 class RunFolder:
     """
-    A folder for every tick; one that cannot be written costs the ticks, and one line.
+    Folder for a file per update; updates that cannot be written are skipped, and logged once.
 
     Parameters
     ----------
     path
-        Empty: nothing is written.
+        Path; empty: nothing is written.
     """
 
     def __init__(self, path: str, logger: Any) -> None:
@@ -106,7 +106,7 @@ class RunFolder:
         self._errors = Once(logger.error)
 
     def write(self, name: str, output: LocalizerOutput) -> None:
-        """Write a tick."""
+        """Write an update."""
         if not self._path:
             return
         try:

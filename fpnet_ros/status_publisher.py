@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When the localizer node says what: which frames hold, what belongs to one moment."""
+"""Coordination of the localizer node's publishers: values that belong together."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from msg_adapters.diagnostics import LocalizerReport
 
 
 @dataclass(frozen=True, eq=False)
-class _Looked:
-    """Where to look next, and the snapshot that tells it."""
+class _CachedLook:
+    """Where to look next, kept for the snapshot ``of``."""
 
     of: Snapshot
     at: NextLook | None
@@ -38,20 +38,20 @@ class _Looked:
 
 class StatusPublisher:
     """
-    Publishes what a localizer knows while its node is active; may be called from any thread.
+    Publishes a localizer's results while its node is active; may be called from any thread.
 
     Parameters
     ----------
     node
-        Of the topics: its clock, its log, and whether it is active.
+        Owner of the topics, with clock, log and whether it is active.
     localizer
-        Whose state is told.
+        Localizer whose results are published.
     out, storeys
         The publishers.
     health
-        What is told beside.
+        Health to publish with the status.
     settings
-        Returns the node's parameters as they are now.
+        Returns the current parameters of the node.
     """
 
     def __init__(
@@ -71,28 +71,28 @@ class StatusPublisher:
         self.frame: MapFrame | None = None
         """Frames of the floorplan, None until there is one."""
         self.newest: LocatedScan | None = None
-        """The scan that was added last, None before the first."""
+        """Scan that was added last, None before the first."""
         self.told: LocalizerReport | None = None
-        """What the last tick said, None before the first."""
-        self._looked: _Looked | None = None
+        """Report of the last update, None before the first."""
+        self._cached_look: _CachedLook | None = None
 
     @property
     def claimed(self) -> Any:
-        """The PoseWithCovarianceStamped that holds now, None where nothing is claimed."""
+        """The current PoseWithCovarianceStamped, None unless localized."""
         return None if self._health.is_starved else self._out.claimed
 
     def situation(self) -> tuple[MapFrame | None, LocatedScan | None]:
-        """Return what an initial pose is counted from."""
+        """Return the frames and the scan to which an initial pose refers."""
         return self.frame, self.newest
 
     def scan(self, scan: LocatedScan) -> None:
-        """Tell where the robot is at a scan that was just added."""
+        """Publish the pose at a scan that was just added."""
         self.newest = scan
         self._health.saw_scan(self._now_ns())
-        self._publish_moment()
+        self._publish_stamped()
 
     def update(self) -> None:
-        """Tell how things stand."""
+        """Publish pose, status and the other results of an update."""
         changed = self._storeys.follow(self._localizer.snapshot)
         if changed is not None:
             self._out.forget_path()
@@ -101,38 +101,38 @@ class StatusPublisher:
         if frame is not None and A_plan_odom is not None:
             self._show(frame.followed(A_plan_odom))
         look = self._look(self._localizer.snapshot)
-        moment = self._publish_moment()  # the tick may have found the robot after its newest scan
-        if look.of is moment.snapshot and not self._health.is_starved:
-            moment = replace(moment, look=look.at)
+        stamped = self._publish_stamped()  # the update may have located the newest scan
+        if look.of is stamped.snapshot and not self._health.is_starved:
+            stamped = replace(stamped, look=look.at)
         report = self._storeys.noted(
-            self._health.report(moment.output, self._settings().stale_input_s)
+            self._health.report(stamped.output, self._settings().stale_input_s)
         )
-        if moment.look is not None:
-            report = replace(report, look=moment.look.words)
+        if stamped.look is not None:
+            report = replace(report, look=stamped.look.words)
         self.told = report
         self._statuses.tell(report)
         self._out.publish_status(report)
-        self._out.publish_tick(moment)
+        self._out.publish_tick(stamped)
 
     def differences(self) -> None:
-        """Tell where the drawing is out of date."""
+        """Publish where the drawing is out of date."""
         self._storeys.publish_differences(self._localizer.snapshot, self.frame)
 
     def floorplan(self, plan: ServedPlan, policy: ScalePolicy) -> None:
-        """Give a floorplan to the localizer; where that refuses it the old one stays."""
+        """Pass a floorplan to the localizer; if that refuses it, the old one stays."""
         try:
             plan.give_to(self._localizer, policy)
         except FpnetError as error:
             self._node.get_logger().error(one_line(error))
             return
         self._out.forget_path()
-        said = f'took the floorplan in frame {plan.frame_id}{plan.said_of_scale}'
+        said = f'received the floorplan in frame {plan.frame_id}{plan.said_of_scale}'
         self._node.get_logger().info(said)
         self._show(MapFrame(plan.grid, plan.frame_id, self._settings().map_frame))
         self.update()
 
     def transform(self) -> None:
-        """Repeat the TF for now and a little longer, as long as scans come; tell of a change."""
+        """Broadcast post-dated TF while scans arrive; publish when they stop or resume."""
         settings, now_ns = self._settings(), self._now_ns()
         if self._node.is_active and self._health.has_turned(now_ns, settings.scan_timeout_s):
             self.update()
@@ -140,36 +140,36 @@ class StatusPublisher:
             self._out.broadcast(now_ns + round(settings.transform_tolerance * NS_PER_S))
 
     def diagnostics(self, findings: Sequence[Finding]) -> None:
-        """Tell how the node fares, and what is wrong around it."""
+        """Publish the health of the node and its findings."""
         news = self._health.news(self._localizer.output, self._settings().stale_input_s)
         self._out.publish_diagnostics(self._storeys.noted(news), findings, self._now_ns())
 
     def stop(self) -> None:
-        """Claim nothing any more."""
+        """Forget the pose, so that nothing is published any more."""
         with self._lock:
             self._out.forget_pose()
 
-    def _look(self, snapshot: Snapshot) -> _Looked:
-        """Return where to look next; what was found for the same output stands."""
-        looked, scan = self._looked, self.newest
-        if looked is None or looked.of is not snapshot:
+    def _look(self, snapshot: Snapshot) -> _CachedLook:
+        """Return where to look next, computed once for each snapshot."""
+        cached, scan = self._cached_look, self.newest
+        if cached is None or cached.of is not snapshot:
             at = None
             if snapshot.plan is not None and scan is not None:
                 drawn = snapshot.plan.nominal.evidence
                 at = next_look(drawn, snapshot.output, scan.T_odom_base)
-            self._looked = looked = _Looked(snapshot, at)
-        return looked
+            self._cached_look = cached = _CachedLook(snapshot, at)
+        return cached
 
-    def _publish_moment(self) -> StampedOutput:
-        """Publish where the robot is, by what holds now, and return that."""
-        with self._lock:  # of two threads the later one publishes the later moment
-            moment = StampedOutput.of(self._localizer.snapshot, self.frame, self.newest)
+    def _publish_stamped(self) -> StampedOutput:
+        """Publish the pose from the current values, and return those."""
+        with self._lock:  # so that threads publish in the order of their values
+            stamped = StampedOutput.of(self._localizer.snapshot, self.frame, self.newest)
             if self._node.is_active:
-                self._out.publish_pose(moment)
-        return moment
+                self._out.publish_pose(stamped)
+        return stamped
 
     def _show(self, frame: MapFrame) -> None:
-        """Take the frame ``map`` as it is now; publish the floorplan in it if it has changed."""
+        """Set the frame ``map``; publish the floorplan in it if it has changed."""
         if frame is not self.frame:
             self.frame = frame
             self._out.publish_scaled(frame, self._now_ns())

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the localizer node says and hears of storeys, and where the drawing is out of date."""
+"""Topics of the localizer node for storeys, and for outdated drawings."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from msg_adapters.grids import confidence_to_msg
 
 
 def frame_of(storey: str) -> str:
-    """Return the frame of a storey's plan: its name, as TF takes it."""
+    """Return the frame of a storey's plan: its name with ``/`` and spaces replaced."""
     return storey.replace('/', '_').replace(' ', '_')
 
 
 class StoreyTopics:
     """
-    ``~/storey``, hints on it, and ``~/differences`` of one configured localizer node.
+    Topics ``~/storey``, its hints and ``~/differences`` of one configured localizer node.
 
     Parameters
     ----------
-    node : of the topics
-    localizer : gets the site
-    site : path of its description; empty: floorplans come as messages, and only the last topic
-        has anything to say
-    config, map_frame : the node's
+    node : owner of the topics
+    localizer : receives the site and the hints
+    site : path of its description; empty: floorplans are received as messages, and only
+        ``~/differences`` is offered
+    config, map_frame : parameters of the node
 
     Raises
     ------
@@ -64,12 +64,12 @@ class StoreyTopics:
         self._differences = node.add_publisher(OccupancyGrid, '~/differences', LATCHED)
         if site:
             localizer.set_site(read_site(Path(site), config))
-            self._said = node.add_publisher(String, '~/storey', LATCHED)
+            self._storey_topic = node.add_publisher(String, '~/storey', LATCHED)
             node.add_subscription(String, '~/storey_hint', self._on_hint, STREAM)
             node.add_subscription(Float64, '~/elevation_hint', self._on_elevation, STREAM)
 
     def frame_named(self, frame_id: str) -> tuple[str, MapFrame] | None:
-        """Return the storey whose plan's frame is called so; None without one."""
+        """Return storey and frames for the frame of a storey's plan; None for other frames."""
         site = self._localizer.site
         for storey in () if site is None else site.storeys:
             if frame_id == frame_of(storey.name):
@@ -77,19 +77,19 @@ class StoreyTopics:
         return None
 
     def follow(self, snapshot: Snapshot) -> MapFrame | None:
-        """Return the frames of a storey that is claimed anew, and say which it is."""
+        """Publish a newly accepted storey and return its frames; None if it is unchanged."""
         output, plan = snapshot.output, snapshot.plan
         is_accepted = output.A_plan_odom is not None and plan is not None
         if self._localizer.site is None or not is_accepted or output.storey == self._storey:
             return None
-        assert plan is not None  # a claim is on one
+        assert plan is not None  # an accepted pose is on one
         self._storey = output.storey
-        self._said.publish(String(data=output.storey))
+        self._storey_topic.publish(String(data=output.storey))
         self._log.info(f'the robot is on storey {output.storey}')
         return MapFrame(plan.given, frame_of(output.storey), self._map_frame)
 
     def publish_differences(self, snapshot: Snapshot, frame: MapFrame | None) -> None:
-        """Look at what differs now and then; say it where the drawing gets out of date."""
+        """Publish differences from time to time; log when the drawing becomes outdated."""
         before = self._drawing.outdated
         output = snapshot.output
         found = self._drawing.follow(output, None if frame is None else snapshot.plan)
@@ -97,7 +97,7 @@ class StoreyTopics:
         if after is not None and before is None:
             self._log.warning(after.said)
         elif before is not None and after is None and output.A_plan_odom is not None:
-            self._log.info('the drawing agrees with what is seen here')
+            self._log.info('the drawing agrees with the scans here')
         if found is None or frame is None or found.grid is not frame.plan:
             return
         percent = np.where(found.is_seen, np.rint(100.0 * found.confidence), -1.0)
@@ -107,7 +107,7 @@ class StoreyTopics:
         )
 
     def noted(self, report: LocalizerReport) -> LocalizerReport:
-        """Return a report that says where the drawing is out of date around the pose."""
+        """Return the report, with a note if the drawing is out of date around the pose."""
         outdated = self._drawing.outdated
         if outdated is None or report.status is not Status.LOCALIZED:
             return report
@@ -115,17 +115,17 @@ class StoreyTopics:
         return replace(report, outdated=outdated.said, values=values)
 
     def _on_hint(self, msg: String) -> None:
-        told = partial(self._localizer.tell_level, msg.data)
-        self._take('storey_hint', told, f'that this is storey {msg.data}')
+        give = partial(self._localizer.tell_level, msg.data)
+        self._take('storey_hint', give, f'that this is storey {msg.data}')
 
     def _on_elevation(self, msg: Float64) -> None:
-        told = partial(self._localizer.tell_elevation, msg.data)
-        self._take('elevation_hint', told, f'that the floor is at {msg.data:g} m')
+        give = partial(self._localizer.tell_elevation, msg.data)
+        self._take('elevation_hint', give, f'that the floor is at {msg.data:g} m')
 
-    def _take(self, topic: str, tell: Callable[[], None], word: str) -> None:
+    def _take(self, topic: str, tell: Callable[[], None], content: str) -> None:
         try:
             tell()
         except FpnetError as error:
             self._log.warning(f'{topic} was rejected: {one_line(error)}')
             return
-        self._log.info(f'took the word {word}')
+        self._log.info(f'received the hint {content}')

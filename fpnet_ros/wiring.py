@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which nodes a robot needs, with which parameters and topics: the launch file's arguments."""
+"""Nodes of a robot, with parameters and remappings, from arguments of the launch file."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_STATIC_TOPIC
 
 ARGUMENTS = (
     ('floorplan', '', 'Map YAML or drawing of the floorplan.'),
-    ('map', '', 'Topic of an OccupancyGrid in place of a floorplan, as of map_server.'),
-    ('resolution_m', '', 'Metres per pixel of a drawing; 0: as it says, or estimated.'),
-    ('storey', '', 'Of several on one sheet, from 1; 0: the largest.'),
-    ('page', '', 'Of a PDF, from 1; 0: the likeliest one.'),
+    ('map', '', 'Topic of an OccupancyGrid instead of a floorplan, for example of map_server.'),
+    ('site', '', 'Several floors: site.yaml, folder of maps or Open-RMF building.'),
+    ('resolution_m', '', 'Metres per pixel of a drawing; 0: as stated, or estimated.'),
+    ('storey', '', 'Floor on the sheet, from 1; 0: the largest.'),
+    ('page', '', 'Page of a PDF, from 1; 0: the likeliest one.'),
     ('floorplan_frame', '', 'Frame of the drawing; map: its scale is trusted.'),
     ('points', '/points', 'Topic of the lidar clouds.'),
-    ('scan', '', 'Topic of LaserScans in place of clouds; several: commas between them.'),
-    ('imu', '', 'Topic of an Imu, whose gyroscope says how the lidar turned between sweeps.'),
-    ('scan_stamp', '', 'What of a sweep stamps are of: auto, start, middle or end.'),
-    ('base_frame', '', 'Frame whose pose is wanted; empty: what the sensor is fixed to.'),
-    ('odometry', 'kiss', "kiss: KISS-ICP; robot: the robot's own; both: one helps the other."),
+    ('scan', '', 'Topics of LaserScans instead of clouds, separated by commas.'),
+    ('imu', '', 'Topic of an Imu whose gyroscope gives rotations between sweeps.'),
+    ('scan_stamp', '', 'Instant of the sweep that stamps give: auto, start, middle or end.'),
+    ('base_frame', '', 'Frame to localize; empty: the root of the sensor in /tf_static.'),
+    ('odometry', 'kiss', "kiss: KISS-ICP; robot: the robot's own; both: combined."),
     ('odom_topic', '', "Topic of the robot's own odometry; empty: odom_frame in TF."),
-    ('odom_frame', '', "Frame of the odometry in TF; the robot's own is odom unless named."),
-    ('publish_odom_tf', '', 'Our odometry publishes TF; false: the robot has its own.'),
+    ('odom_frame', '', "Odometry frame in TF; empty: odom_lidar, or odom for the robot's own."),
+    ('publish_odom_tf', '', 'Publish our odometry as TF; false if the robot has its own.'),
     ('namespace', '', 'Namespace of all nodes and their relative topics.'),
-    ('shared_tf', 'false', 'TF is one tree for all robots, not in the namespace.'),
+    ('shared_tf', 'false', 'One TF tree for all robots, outside the namespace.'),
     ('use_sim_time', '', 'Follow /clock.'),
-    ('hand_over', '', 'Tell AMCL once where the robot is, and leave TF and its services to it.'),
+    ('hand_over', '', 'Initialize AMCL once, and leave TF and its services to it.'),
     ('autostart', '', 'Configure and activate without a lifecycle manager.'),
-    ('state_file', '', 'Where the state is saved and restored; empty: nowhere.'),
+    ('state_file', '', 'File of the saved state, restored at the start; empty: none.'),
 )
 """Name, default and description of every argument. Given: they are the interface."""
 
@@ -45,8 +46,7 @@ class NodeSpec:
     """
     A node of this package.
 
-    ``parameters`` are those that somebody set; ``remappings`` lead from the node's names to the
-    robot's.
+    ``parameters`` holds those that were set; ``remappings`` maps the node's names to the robot's.
     """
 
     executable: str
@@ -56,16 +56,16 @@ class NodeSpec:
 
 def wired(given: Mapping[str, str]) -> list[NodeSpec]:
     """
-    Return the nodes for the arguments that were given; those left out have their defaults.
+    Return the nodes for the given arguments; missing ones have their defaults.
 
     Raises
     ------
     ConfigError
-        If arguments contradict each other, or one has a value of another kind.
+        If arguments contradict each other, or a value has the wrong type.
     """
     arguments = {name: default for name, default, _ in ARGUMENTS} | dict(given)
     _check(arguments)
-    nodes = [] if arguments['map'] else [_floorplan_server(arguments)]
+    nodes = [_floorplan_server(arguments)] if arguments['floorplan'] else []
     if arguments['odometry'] != 'robot':
         nodes.append(_odometry(arguments))
     return [*nodes, _localizer(arguments)]
@@ -75,23 +75,25 @@ def _check(arguments: Mapping[str, str]) -> None:
     choice = arguments['odometry']
     if choice not in ('kiss', 'robot', 'both'):
         raise ConfigError(f'odometry:={choice} is unknown; choose kiss, robot or both')
-    if bool(arguments['map']) == bool(arguments['floorplan']):
-        raise ConfigError('set either floorplan:=FILE or map:=TOPIC')
+    plans = [name for name in ('floorplan', 'map', 'site') if arguments[name]]
+    if len(plans) != 1:
+        found = ' and '.join(plans) or 'none'
+        raise ConfigError(f'set one of floorplan:=FILE, map:=TOPIC and site:=FILE; {found} is set')
     if choice == 'robot' and arguments['publish_odom_tf'] == 'true':
-        raise ConfigError('publish_odom_tf:=true needs odometry of ours; choose kiss or both')
+        raise ConfigError('publish_odom_tf:=true needs our odometry; choose kiss or both')
     if choice == 'robot' and arguments['imu']:
-        raise ConfigError('imu is read by odometry of ours only; choose odometry:=kiss or both')
+        raise ConfigError('imu is used by our odometry only; choose odometry:=kiss or both')
     if choice == 'kiss' and arguments['odom_topic']:
-        raise ConfigError('odom_topic is read with odometry:=robot or odometry:=both only')
+        raise ConfigError('odom_topic is used only with odometry:=robot or odometry:=both')
     if _publishes_tf(arguments) and choice == 'both' and not arguments['odom_topic']:
         raise ConfigError(
-            "odometry:=both takes the robot's odometry from TF unless odom_topic names it; then "
+            "odometry:=both without odom_topic takes the robot's odometry from TF, where "
             'publish_odom_tf:=true would give the base a second parent'
         )
 
 
 def _publishes_tf(arguments: Mapping[str, str]) -> bool:
-    """Tell whether our odometry is the one in TF: the base has one parent."""
+    """Return whether our odometry publishes TF, in which the base has only one parent."""
     return arguments['publish_odom_tf'] == 'true' or (
         not arguments['publish_odom_tf'] and arguments['odometry'] == 'kiss'
     )
@@ -126,12 +128,12 @@ def _odometry(arguments: Mapping[str, str]) -> NodeSpec:
 
 def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
     parameters = _typed(arguments, use_sim_time=bool, autostart=bool, base_frame=str)
-    parameters |= _typed(arguments, state_file=str, hand_over=bool)
+    parameters |= _typed(arguments, state_file=str, hand_over=bool, site=str)
     remappings = _tf(arguments)
     if arguments['map']:
         remappings['floorplan'] = arguments['map']
     if arguments['odometry'] == 'robot':
-        # Our odometry hands on what it registered; another's leaves the scans to the localizer.
+        # Our odometry publishes the registered scans; without it the localizer reads raw ones.
         parameters |= _scans(arguments)
         remappings[KISS_FRAME] = arguments['points']
         if arguments['odom_topic']:
@@ -162,7 +164,7 @@ def _tf(arguments: Mapping[str, str]) -> dict[str, str]:
 
 
 def _typed(arguments: Mapping[str, str], **kinds: type) -> dict[str, Any]:
-    """Return parameters for those arguments that somebody set: of the others a file decides."""
+    """Return parameters for the arguments that were set; a file may set the others."""
     return {
         name: _value(name, arguments[name], kind)
         for name, kind in kinds.items()
@@ -176,7 +178,7 @@ def _value(name: str, text: str, kind: type) -> Any:
     try:
         return kind(text)
     except ValueError:
-        raise ConfigError(f'{name}:={text} is no {kind.__name__}') from None
+        raise ConfigError(f'{name}:={text} is not of type {kind.__name__}') from None
 
 
 def _boolean(name: str, text: str) -> bool:

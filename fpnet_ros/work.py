@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Messages in order, and work beside the executor's thread; imports no ROS."""
+"""Counts of lost messages, and worker threads; imports no ROS."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from typing import Any, Generic, TypeVar
 Item = TypeVar('Item')
 
 _NUMBER, _FIRST, _NO_NUMBER = 'publication_sequence_number', 1, 2**64 - 1  # given
-_MOST_LOST = 1000  # a larger gap is between two publishers that take turns; chosen
+_MOST_LOST = 1000  # a larger gap means that two publishers alternate; chosen
 
 
 class Numbering:
     """
-    Follows how a publisher numbers its messages.
+    Counts lost messages by the sequence numbers of their publisher.
 
-    ``lost`` counts those that did not arrive: queues overflowed, or fragments went missing.
-    ``earlier`` counts those that were sent before the first one that was heard: none where
-    everybody waited for everybody, thousands where a driver has been running.
+    ``lost`` counts messages that did not arrive: queues overflowed, or fragments went missing.
+    ``earlier`` counts messages that were sent before the first received one: none after complete
+    discovery, thousands if a driver has been running.
     """
 
     def __init__(self) -> None:
@@ -32,13 +32,13 @@ class Numbering:
 
     @property
     def newest(self) -> int:
-        """Number of the newest message, 0 where nobody counts."""
+        """Number of the newest message, 0 if the middleware does not number them."""
         return self._last or 0
 
     def follow(self, info: Mapping[str, Any]) -> bool:
-        """Take a message's information; True where another process publishes from now on."""
+        """Count a message by its information; return whether a new publisher took over."""
         number = int(info.get(_NUMBER, _NO_NUMBER))
-        if number == _NO_NUMBER:  # a middleware that does not count
+        if number == _NO_NUMBER:  # the middleware does not number messages
             return False
         last, self._last = self._last, number
         if last is None:
@@ -51,13 +51,13 @@ class Numbering:
 
 
 def in_background(work: Callable[[], Any]) -> Future[Any]:
-    """Return the result of work that a thread of its own does; the process may end before it."""
+    """Return the future of work in a daemon thread, which does not keep the process alive."""
     future: Future[Any] = Future()
 
     def run() -> None:
         try:
             future.set_result(work())
-        except BaseException as error:  # the future's owner is told
+        except BaseException as error:  # the owner of the future gets it
             future.set_exception(error)
 
     Thread(target=run, name='background', daemon=True).start()
@@ -66,14 +66,14 @@ def in_background(work: Callable[[], Any]) -> Future[Any]:
 
 class Worker:
     """
-    A thread that does one thing after the other, all that it is told.
+    A thread that runs all submitted work in order.
 
     Parameters
     ----------
     name
-        Of the thread.
+        Name of the thread.
     on_error
-        Takes what a piece of work raised; the worker goes on.
+        Called with an exception of the work; the worker goes on.
     """
 
     def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
@@ -81,13 +81,13 @@ class Worker:
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix=name)
 
     def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Queue a piece of work; the future has its result."""
+        """Queue work and return the future of its result."""
         future = self._pool.submit(work, *arguments)
         future.add_done_callback(self._report)
         return future
 
     def close(self) -> None:
-        """Finish the work at hand and end the thread; what waits is dropped."""
+        """Finish the current work and end the thread; queued work is dropped."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def _report(self, future: Future[Any]) -> None:
@@ -97,18 +97,18 @@ class Worker:
 
 class DroppingWorker(Generic[Item]):
     """
-    A thread that works off items in order, and drops the oldest waiting ones where it is too slow.
+    A thread that processes items in order, and drops the oldest waiting ones if it is too slow.
 
-    So it is never further behind than ``limit`` items, whatever the sensor sends.
+    It is never more than ``limit`` items behind, at any sensor rate.
 
     Parameters
     ----------
     work
-        Takes one item, in the worker's thread.
+        Processes one item, in the worker's thread.
     limit
         Items that may wait.
     on_error
-        Takes what ``work`` raised; the worker goes on.
+        Called with an exception of ``work``; the worker goes on.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class DroppingWorker(Generic[Item]):
             self._changed.notify()
 
     def close(self) -> None:
-        """Finish the item at work and end the thread; what waits is dropped."""
+        """Finish the current item and end the thread; queued items are dropped."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()
@@ -158,7 +158,7 @@ class DroppingWorker(Generic[Item]):
             try:
                 self._work(item)
                 self.done += 1
-            except Exception as error:  # a defect must not end the thread in silence
+            except Exception as error:  # a defect must not end the thread silently
                 self.refused += 1
                 self._on_error(error)
             self.work_ms = 1e3 * (time.monotonic() - started_s)

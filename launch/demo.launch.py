@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Play a recording into the localizer and watch it in RViz.
+Launch of a recording that is played into the localizer and shown in RViz.
 
-fpnet simulate recording makes one; a bag of a robot does as well.
+``fpnet simulate recording`` makes a recording; a bag of a robot works as well.
 Example: ros2 launch fpnet_ros demo.launch.py bag:=rec/bag floorplan:=rec/floorplan.yaml
 """
 
@@ -19,11 +19,11 @@ _ROWS = (
     ('bag', None, 'Folder of the recording.'),
     ('floorplan', None, 'Map YAML or image of the floorplan.'),
     ('points', '/points', 'Topic of the lidar clouds in the recording.'),
-    ('scan', '', 'Topic of LaserScans in place of clouds.'),
+    ('scan', '', 'Topic of LaserScans instead of clouds.'),
     ('rate', '1.0', 'Recorded seconds per second.'),
-    ('start_offset_s', '0.0', 'Skip the recording until here.'),
-    ('loop', 'false', 'Start again at the end.'),
-    ('rviz', 'true', 'Show everything in RViz.'),
+    ('start_offset_s', '0.0', 'Time to skip at the start.'),
+    ('loop', 'false', 'Repeat the recording.'),
+    ('rviz', 'true', 'Start RViz.'),
 )
 
 
@@ -32,7 +32,7 @@ def _value(name: str, kind: type) -> ParameterValue:
 
 
 def _replay(context):
-    # Only the scans: a recording may hold odometry and TF of its own.
+    # Scans only: a recording may hold its own odometry and TF.
     scan = LaunchConfiguration('scan').perform(context)
     points = LaunchConfiguration('points').perform(context)
     replay = Node(
@@ -46,7 +46,7 @@ def _replay(context):
                 'start_offset_s': _value('start_offset_s', float),
                 'loop': _value('loop', bool),
                 'clock': True,
-                # After an installation the localizer compiles first.
+                # The first start after an installation compiles.
                 'wait_for_localizer': True,
                 'wait_for_subscriber_s': 600.0,
             }
@@ -57,7 +57,7 @@ def _replay(context):
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Describe the localizer's launch file in simulated time, and the player."""
+    """Return the launch of the localizer in simulated time, and of the replay."""
     localizer = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(
             PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'launch', 'localizer.launch.py'])

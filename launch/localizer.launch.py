@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Localise a robot on a floorplan: floorplan server, lidar odometry and localizer.
+Launch of floorplan server, lidar odometry and localizer.
 
-Ends when one of them cannot start.
+It ends if one of them cannot start.
 
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=/lidar/points
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml scan:=/scan
@@ -34,7 +34,7 @@ from launch_ros.substitutions import FindPackageShare
 from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
 from fpnet_ros.wiring import ARGUMENTS, wired
 
-_RESPAWN_S = 2.0  # chosen: what a dead node held is free by then
+_RESPAWN_S = 2.0  # chosen: the resources of a dead node are free by then
 
 
 def _arguments():
@@ -42,14 +42,14 @@ def _arguments():
     profile = PathJoinSubstitution([FindPackageShare('fpnet_ros'), *PROFILE.split('/')])
     rows = (
         *ARGUMENTS,
-        ('rviz', 'false', 'Show everything in RViz.'),
+        ('rviz', 'false', 'Start RViz.'),
         ('params_file', config, 'Parameters of all nodes.'),
-        ('respawn', 'false', 'Start a node that has died again.'),
-        ('log_level', 'info', 'Of all nodes: debug, info, warn, error.'),
+        ('respawn', 'false', 'Restart nodes that have died.'),
+        ('log_level', 'info', 'Log level of all nodes: debug, info, warn, error.'),
         (
             'dds_profile',
             EnvironmentVariable(PROFILE_VARIABLE, default_value=profile),
-            'Profile of Fast DDS for all nodes, empty: none; one in the environment stays.',
+            'Fast DDS profile of all nodes; empty: none. Default: that of the environment.',
         ),
     )
     return [
@@ -59,7 +59,7 @@ def _arguments():
 
 
 def _parameters(values):
-    # A string that looks like a number or a truth value stays one.
+    # A string that looks like a number or a boolean stays a string.
     typed = {
         name: ParameterValue(value, value_type=str) if isinstance(value, str) else value
         for name, value in values.items()
@@ -82,17 +82,17 @@ def _node(spec):
 
 
 def _on_exit(event, _):
-    """End everything where a node was given something it cannot use; else say who is gone."""
+    """Shut down if a node cannot use its input (exit status 1); otherwise log which node died."""
     name = event.process_name
     if event.returncode == 1:
-        return [Shutdown(reason=f'{name} cannot start; its last line says why')]
+        return [Shutdown(reason=f'{name} cannot start; its last line gives the reason')]
     if event.returncode:
-        return [LogInfo(msg=f'{name} has died ({event.returncode}); the others go on')]
+        return [LogInfo(msg=f'{name} has died ({event.returncode}); the other nodes go on')]
     return []
 
 
 def _rviz(localizer):
-    """Return RViz; where it is not installed, as on most robots, a line in its place."""
+    """Return RViz, or a log line if it is not installed, as on most robots."""
     wanted = IfCondition(LaunchConfiguration('rviz'))
     try:
         get_package_prefix('rviz2')
@@ -112,7 +112,7 @@ def _rviz(localizer):
 
 
 def _transport(context):
-    """Give all nodes the profile for large clouds, where one is wanted and its memory fits."""
+    """Return the action that sets the DDS profile, if one is wanted and its memory fits."""
     profile = LaunchConfiguration('dds_profile').perform(context)
     if not profile:
         return []
@@ -130,5 +130,5 @@ def _nodes(context):
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Describe the nodes; a floorplan or a map is all that has no default."""
+    """Return the launch of the nodes; only ``floorplan`` or ``map`` must be set."""
     return LaunchDescription([*_arguments(), OpaqueFunction(function=_nodes)])

@@ -20,19 +20,18 @@ from msg_adapters.stamps import header_to_msg
 
 def cloud_from_msg(msg: Any) -> CloudArrays:
     """
-    Return points ``(P, 3) float32`` in the message's frame and their times; NaN and zeros, no
-    returns, are dropped.
+    Return points ``(P, 3) float32`` in the message's frame, and their times.
 
     Raises
     ------
     CloudFormatError
-        If a coordinate field is missing or unusable, or lengths contradict each other.
+        If a coordinate field is missing or unusable, or lengths are inconsistent.
     """
-    return decode_cloud(msg)
+    return decode_cloud(msg)  # without NaN and zeros, which are no returns
 
 
 def carries_times(msg: Any) -> bool:
-    """Tell whether a message has a time for every point; takes no time itself."""
+    """Return whether a message has a time for every point, without decoding it."""
     return any(field.name in TIME_FIELDS for field in msg.fields)
 
 
@@ -48,7 +47,7 @@ def cloud_to_msg(
     """
     Return an unordered PointCloud2 of ``points (P, 3)`` [m] and optional columns ``(P,)``.
 
-    ``viewpoints (P, 3)`` [m] are where rays began, for a cloud of several scanners.
+    ``viewpoints (P, 3)`` [m] are the origins of the rays, for a cloud of several scanners.
 
     Raises
     ------
@@ -69,7 +68,7 @@ def cloud_to_msg(
         is_bigendian=False,
         point_step=point_step,
         row_step=len(data),
-        # A setter given anything but array('B') checks byte for byte: 1.5 s for a large cloud.
+        # The setter checks anything but array('B') byte by byte: 1.5 s for a large cloud.
         data=array('B', data),
         is_dense=True,
     )

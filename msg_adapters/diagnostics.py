@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a node claims and how it fares, to and from ``diagnostic_msgs``."""
+"""Status and health of a node, to and from ``diagnostic_msgs``."""
 
 from __future__ import annotations
 
@@ -26,22 +26,23 @@ _LEVELS = {
 }
 _NEXT = {
     Status.NO_PLAN: 'serve a floorplan: floorplan_server, or map_server',
-    Status.WAITING: 'drive on, if scans come: /diagnostics tells',
+    Status.WAITING: 'drive on, if scans arrive: see /diagnostics',
     Status.LOCALIZED: '',
 }
 _DRIVE_ON = 'drive on'
-_LOOKED_INTO = (None, CauseKind.TOO_LITTLE, CauseKind.SELF_SIMILAR)  # by another look
+_MORE_VIEWS = (None, CauseKind.TOO_LITTLE, CauseKind.SELF_SIMILAR)
+"""Causes that are resolved by looking elsewhere."""
 
 
 @dataclass(frozen=True)
 class LocalizerReport:
     """
-    The status of one tick and its reason, and figures by name (milliseconds, seconds, counts).
+    Status of one update with its reason, and values by name (milliseconds, seconds, counts).
 
-    ``is_mirrored`` says that only the mirror image fits. ``warning`` says what is wrong
-    beside the status, as scans that are dropped; empty: nothing. ``causes`` are the likely ones
-    of having no pose; ``outdated`` says where the drawing is out of date around a pose, and
-    ``look`` where to look next without one.
+    ``is_mirrored``: only the mirror image fits. ``warning`` is a problem beside the status, for
+    example dropped scans; empty: none. ``causes`` are the likely causes of having no pose;
+    ``outdated`` says where the drawing is out of date around a pose, and ``look`` where to look
+    next without one.
     """
 
     status: Status
@@ -57,17 +58,17 @@ class LocalizerReport:
 
     @property
     def is_trouble(self) -> bool:
-        """Tell whether the status is one that somebody has to look after."""
+        """Return whether the status needs attention."""
         is_starved = self.status is Status.WAITING and bool(self.warning)
         return self.status is Status.LOST or self.is_mirrored or is_starved
 
     @property
     def next(self) -> str:
-        """What to do: about the likeliest cause of having no pose; empty with one."""
+        """Advice on the likeliest cause of having no pose; empty with one."""
         if self.status is Status.LOCALIZED:
             return ''
         kind = self.causes[0].kind if self.causes else None
-        if self.look and kind in _LOOKED_INTO:
+        if self.look and kind in _MORE_VIEWS:
             return self.look
         return self.causes[0].next if self.causes else _NEXT.get(self.status, _DRIVE_ON)
 
@@ -80,7 +81,7 @@ class LocalizerReport:
 def report_of_output(
     output: LocalizerOutput, figures: Mapping[str, float] | None = None, warning: str = ''
 ) -> LocalizerReport:
-    """Return the report of a tick; ``figures`` are those that only the node knows."""
+    """Return the report of an update; ``figures`` are values that only the node knows."""
     values = {f'{stage}_ms': ms for stage, ms in output.timings_ms.items()}
     if output.A_plan_odom is not None:
         # Nominal metres of the drawing per true metre.
@@ -106,7 +107,7 @@ def report_of_output(
 
 
 def report_to_msg(report: LocalizerReport, name: str) -> Any:
-    """Return a DiagnosticStatus; ``name`` is the node's."""
+    """Return a DiagnosticStatus; ``name`` is the name of the node."""
     entries = {
         'status': report.status.value,
         'probability': f'{report.probability:.4f}',
@@ -163,7 +164,7 @@ def _causes_from_json(text: str) -> tuple[Cause, ...]:
 
 
 def health_to_msg(name: str, warning: str, values: Mapping[str, float]) -> Any:
-    """Return the DiagnosticStatus of a node that claims nothing: OK unless there is a warning."""
+    """Return the DiagnosticStatus of a node without a pose: OK unless there is a warning."""
     level = WARN if warning else OK
     return named_status_to_msg(level, name, warning or 'running', _figures(values))
 

@@ -16,21 +16,19 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from msg_adapters.stamps import header_to_msg, stamp_to_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
-# Given: occupancy in percent, the defaults of map_server: above is a wall, below is free.
+# Given: default thresholds of map_server [%]: above is occupied, below is free.
 OCCUPIED_PERCENT, FREE_PERCENT = 65, 25
-# Numerical: 500 m x 500 m at 0.05 m: no building needs more, and a wrong resolution soon asks for
-# it.
+# Numerical: 500 m x 500 m at 0.05 m: no building needs more, but a grid of wrong resolution may.
 MAX_CELLS = 100_000_000
-# Numerical: a grid turned out of the horizontal by more than this cannot be a floorplan (cosine of
-# 1 deg).
+# Numerical: a grid tilted by more than this cannot be a floorplan (cosine of 1 deg).
 _LEAST_UPRIGHT = 0.99985
 
 
 def grid_from_msg(msg: Any) -> GridMap:
     """
-    Return the grid in its own metric frame, ``plan`` here, the yaw of its origin included.
+    Return the grid in its metric frame ``plan``, including the yaw of its origin.
 
-    ``msg.header.frame_id`` stays the node's business.
+    The caller handles ``msg.header.frame_id``.
 
     Parameters
     ----------
@@ -41,12 +39,12 @@ def grid_from_msg(msg: Any) -> GridMap:
     Raises
     ------
     MapFormatError
-        If sizes contradict each other, the grid is empty or absurdly large, or its resolution or
-        origin is unusable.
+        If sizes are inconsistent, the grid is empty or far too large, or its resolution or origin
+        is unusable.
     """
     info = msg.info
     height, width = int(info.height), int(info.width)
-    # The message holds a float32; its shortest decimal is the number that was meant (0.05).
+    # The message holds a float32; its shortest decimal is the intended number (0.05).
     resolution = float(str(np.float32(info.resolution)))
     if height * width == 0:
         raise MapFormatError(f'grid is empty: {height} x {width} cells; publish a floorplan')
@@ -58,7 +56,7 @@ def grid_from_msg(msg: Any) -> GridMap:
     if len(msg.data) != height * width:
         raise MapFormatError(
             f'grid data has {len(msg.data)} cells, but height {height} x width {width} needs '
-            f'{height * width}; its publisher fills one of them wrongly'
+            f'{height * width}; fix its publisher'
         )
     if not (np.isfinite(resolution) and resolution > 0.0):
         raise MapFormatError(f'grid resolution must be positive metres per cell, got {resolution}')
@@ -95,7 +93,7 @@ def confidence_to_msg(
 
 
 def _cells_from_percent(percent: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Map occupancy in percent to the three cell values; whatever lies outside is unknown."""
+    """Map occupancy in percent to the three cell values; values out of range are unknown."""
     cells = np.full(percent.shape, UNKNOWN, dtype=np.int8)
     cells[(percent >= 0) & (percent < FREE_PERCENT)] = FREE
     cells[(percent > OCCUPIED_PERCENT) & (percent <= 100)] = OCCUPIED

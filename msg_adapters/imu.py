@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``sensor_msgs/Imu``, from messages to angular rates."""
+"""Angular rates from ``sensor_msgs/Imu``."""
 
 from __future__ import annotations
 

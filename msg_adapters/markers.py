@@ -20,9 +20,9 @@ Rgba = tuple[float, float, float, float]
 
 # Chosen, not measured:
 _ROOM, _DOOR, _EDGE = (0.2, 0.4, 0.8, 0.9), (0.9, 0.5, 0.1, 1.0), (0.4, 0.4, 0.4, 0.5)
-_SEEN_ROOM, _SEEN_DOOR = (0.1, 0.7, 0.3, 1.0), (0.95, 0.8, 0.1, 1.0)
+_SUBMAP_ROOM, _SUBMAP_DOOR = (0.1, 0.7, 0.3, 1.0), (0.95, 0.8, 0.1, 1.0)
 _UNSURE, _SURE = np.array((0.9, 0.1, 0.1)), np.array((0.1, 0.8, 0.2))
-_BEST, _RIVAL = (0.85, 0.1, 0.85), (0.6, 0.6, 0.6)
+_BEST, _RUNNER_UP = (0.85, 0.1, 0.85), (0.6, 0.6, 0.6)
 _WAY = (0.1, 0.5, 1.0, 0.9)
 _THIN_M, _THICK_M, _ABOVE_M = 0.06, 0.15, 0.05  # line widths; height over the drawing
 _ARROW_M = (1.2, 0.25, 0.25)  # length, width, height
@@ -37,16 +37,16 @@ def region_markers(
     side: str,
 ) -> list[Any]:
     """
-    Return markers of the rooms' outlines, the doors' lines and the graph's edges.
+    Return markers for the outlines of rooms, lines of doors and edges of the graph.
 
     Parameters
     ----------
     A_frame_grid
-        From the segmentation's metres to those of ``frame_id``.
+        Transform from the frame of the segmentation [m] to ``frame_id`` [m].
     side
-        ``plan`` or ``submap``: begins the markers' namespaces and chooses colours.
+        ``plan`` or ``submap``: prefix of the namespaces, and choice of colours.
     """
-    room, door = (_ROOM, _DOOR) if side == 'plan' else (_SEEN_ROOM, _SEEN_DOOR)
+    room, door = (_ROOM, _DOOR) if side == 'plan' else (_SUBMAP_ROOM, _SUBMAP_DOOR)
     outlines = [_closed(region.polygon) for region in segmentation.rooms]
     doors = [portal.ends for portal in segmentation.portals]
     markers = [
@@ -66,7 +66,7 @@ def match_markers(
     """
     Return lines between matched regions, red to green by score, under the best placement.
 
-    Without a placement the two sides have no common frame, and there are no lines.
+    Without a placement plan and submap have no common frame, and there are no lines.
     """
     match, graph = output.match, output.graph
     if match is None or graph is None or not len(match.pairs) or not output.estimates:
@@ -94,7 +94,7 @@ def hypothesis_markers(
     stamp_ns: int,
     frame_id: str,
 ) -> list[Any]:
-    """Return an arrow at the robot for every placement, the best in colour, faint by score."""
+    """Return an arrow at the robot per placement, the best in colour; the score is opacity."""
     from geometry_msgs.msg import Vector3
     from visualization_msgs.msg import Marker
 
@@ -106,20 +106,20 @@ def hypothesis_markers(
         marker = Marker(ns='hypotheses', id=index, type=Marker.ARROW)
         marker.pose = matrix_to_pose_msg(pose.as_matrix4(_ABOVE_M))
         marker.scale = Vector3(**dict(zip('xyz', _ARROW_M, strict=True)))
-        rgb = _RIVAL if index else _BEST
+        rgb = _RUNNER_UP if index else _BEST
         marker.color = _color((*rgb, float(np.clip(estimate.score, 0.2, 1.0))))
         markers.append(marker)
     return _stamped(markers, stamp_ns, frame_id)
 
 
 def way_markers(way: Array, stamp_ns: int, frame_id: str) -> list[Any]:
-    """Return the way (P, 2) to where a robot should look next."""
+    """Return lines along the path ``(P, 2)`` to where the robot should look next."""
     ends = np.stack([way[:-1], way[1:]], axis=1).reshape(-1, 2)
     return _stamped([_lines('next_look', ends, _WAY, _THICK_M)], stamp_ns, frame_id)
 
 
 def markers_to_msg(markers: list[Any]) -> Any:
-    """Return the array that replaces every marker shown before."""
+    """Return a MarkerArray that replaces all markers shown before."""
     from visualization_msgs.msg import Marker, MarkerArray
 
     return MarkerArray(markers=[Marker(action=Marker.DELETEALL), *markers])

@@ -14,14 +14,14 @@ from fpnet_core.io.messages import StampedTransform
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
-_UNKNOWN = -1.0  # given: sensor_msgs says so of what nobody measured
+_UNKNOWN = -1.0  # given: marks values without a measurement in sensor_msgs
 
 
 def odometry_from_msg(msg: Any) -> StampedTransform:
     """
-    Return the pose of an Odometry message: its frame is the parent, its child frame the child.
+    Return the pose of an Odometry message, as the transform from ``child_frame_id`` to its frame.
 
-    Velocities, covariances and slashes before frames are dropped.
+    Velocities, covariances and leading slashes of frames are dropped.
 
     Raises
     ------
@@ -49,8 +49,8 @@ def odometry_to_msg(
     Return an Odometry message.
 
     ``variances (6,)`` are those of x, y, z [m^2], roll, pitch, yaw [rad^2]; zeros mean unknown.
-    ``twist (6,)`` is the velocity in the child's frame [m/s], [rad/s]; None: it is zero and its
-    first variance -1, for unknown.
+    ``twist (6,)`` is the velocity in the child's frame [m/s], [rad/s]; None: zeros, with a first
+    variance of -1, which means unknown.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``PoseStamped``, with and without covariance, and ``nav_msgs/Path``, and planar poses."""
+"""Planar poses to and from ``PoseStamped``, with and without covariance, and ``Path``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fpnet_core.geometry.frame_tree import plain_frame
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
-# Where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
+# Indices of x, y and yaw in ROS's order x, y, z, roll, pitch, yaw.
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 _ROS_SHAPE = (6, 6)  # given
 
@@ -33,7 +33,7 @@ class StampedPose:
 
 def pose_from_msg(msg: Any) -> StampedPose:
     """
-    Return what a PoseStamped says about the plane; height, roll and pitch are dropped.
+    Return the planar pose of a PoseStamped; height, roll and pitch are dropped.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class UncertainPose:
 
 def uncertain_pose_from_msg(msg: Any) -> UncertainPose:
     """
-    Return what a PoseWithCovarianceStamped says about the plane.
+    Return the planar pose and covariance of a PoseWithCovarianceStamped.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is known of a floorplan grid's scale, beside the grid: an ``OccupancyGrid`` cannot say it.
+Interval of the scale of a floorplan grid, which an ``OccupancyGrid`` cannot hold.
 
-A ``diagnostic_msgs/DiagnosticArray`` with the grid's stamp. A grid that none goes with, as one of
-map_server, counts as stated.
+It is a ``diagnostic_msgs/DiagnosticArray`` with the grid's stamp. The scale of a grid without one,
+for example of map_server, counts as stated.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _NAME = 'floorplan: scale'
 @dataclass(frozen=True)
 class GridScale:
     """
-    The scale of the grid with this stamp.
+    Scale of the grid with this stamp.
 
-    True metres per metre of the grid lie between ``low`` and ``high`` with 90 %; both are 1 where
-    somebody has stated them. ``said`` is for people.
+    True metres per metre of the grid lie between ``low`` and ``high`` with 90 % probability; both
+    are 1 if the scale is stated. ``said`` is text for people.
     """
 
     stamp_ns: int
@@ -36,7 +36,7 @@ class GridScale:
 
     @property
     def is_stated(self) -> bool:
-        """Tell whether somebody has stated it."""
+        """Return whether the scale is stated."""
         return self.low == self.high == 1.0
 
 
@@ -63,7 +63,7 @@ def scale_from_msg(msg: Any) -> GridScale:
         values = {entry.key: float(entry.value) for entry in status.values}
         low, high = values['low'], values['high']
     except (ValueError, KeyError) as error:
-        raise MapFormatError(f'the scale of a floorplan cannot be read: {error}') from None
+        raise MapFormatError(f'the scale of a floorplan is unreadable: {error}') from None
     if not (0.0 < low <= high < math.inf):
-        raise MapFormatError(f'the scale of a floorplan is off: {low:g} to {high:g}')
+        raise MapFormatError(f'the scale of a floorplan is out of range: {low:g} to {high:g}')
     return GridScale(stamp_from_msg(msg.header.stamp), low, high, status.message)

@@ -52,7 +52,7 @@ def matrix_to_pose_msg(T_frame_body: ArrayLike) -> Any:
 
 def transform_from_msg(msg: Any) -> StampedTransform:
     """
-    Return what a ``geometry_msgs/TransformStamped`` says; leading slashes of frames are dropped.
+    Return the transform of a ``TransformStamped``; leading slashes of frames are dropped.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def transform_from_msg(msg: Any) -> StampedTransform:
 def transforms_from_msg(
     msg: Any, report: Callable[[OdometryError], Any]
 ) -> list[StampedTransform]:
-    """Return what a ``tf2_msgs/TFMessage`` says; what is unusable in it is reported instead."""
+    """Return the transforms of a ``tf2_msgs/TFMessage``; report unusable ones instead."""
     found = []
     for each in msg.transforms:
         try:

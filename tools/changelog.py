@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Write CHANGELOG.md as the reStructuredText that ROS's release tools read.
+Convert CHANGELOG.md to the reStructuredText that ROS's release tools read.
 
 Run: python tools/changelog.py > CHANGELOG.rst
 
-A part of a release: CHANGELOG.md is what developers write, and the one place of it.
+Run it for a release. Developers edit CHANGELOG.md only.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import re
 
 _ROOT = Path(__file__).resolve().parents[1]
 _TITLE = 'Changelog for package fpnet_ros'
-_UNRELEASED = 'Forthcoming'  # given: catkin's word for what has no version yet
+_UNRELEASED = 'Forthcoming'  # given: catkin's heading for unreleased changes
 
 
 def as_catkin(markdown: str) -> str:
     """
-    Return a changelog in catkin's format: a section for each version, a list in each.
+    Return a changelog in catkin's format: one section per version, with a list.
 
-    Subheadings and tables are left out: the format has lists only.
+    Subheadings and tables are left out: the format supports lists only.
     """
     line = '^' * len(_TITLE)
     parts = [f'{line}\n{_TITLE}\n{line}\n']
@@ -36,10 +36,10 @@ def as_catkin(markdown: str) -> str:
 
 
 def _item(text: str) -> str:
-    """Return an entry as one line: what wraps lines is of no use there."""
+    """Return an entry on one line, with Markdown converted to reStructuredText."""
     text = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', ' '.join(text.split()))
     pieces = text.split('`')
-    for at in range(0, len(pieces), 2):  # outside of code a star or an underscore means something
+    for at in range(0, len(pieces), 2):  # outside of code stars and underscores are markup
         pieces[at] = re.sub(r'([*_|\\])', r'\\\1', pieces[at].replace('**', ''))
     pieces[1::2] = [f'``{code}``' for code in pieces[1::2]]
     return '* ' + ''.join(pieces)

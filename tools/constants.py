@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Count the module constants that are numbers by what they say of themselves.
+Count the numeric module constants by their stated kind.
 
 Usage::
 
     python tools/constants.py            # a table: kinds by package
-    python tools/constants.py fitted     # those of one kind; `unsaid` are those that say nothing
+    python tools/constants.py fitted     # those of one kind; `unsaid`: those without a kind
     python tools/constants.py --write    # the table into notes/constants.md
 
-A constant says its kind at the beginning of a clause of its comment or docstring, as in ``# of
-the page; chosen``, or stands in one paragraph with a comment above that ends in a colon, as in
-``# Chosen, not measured:``.
+A constant states its kind at the beginning of a clause of its comment or docstring, for example
+``# of the page; chosen``, or is in one paragraph with a comment above that ends in a colon, for
+example ``# Chosen, not measured:``.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ UNSAID = 'unsaid'
 
 _KIND = re.compile(rf'(?:^|[;:.,(]\s+|\()({"|".join(KINDS)})\b', re.IGNORECASE)
 _HEADING = re.compile(rf'#\s*({"|".join(KINDS)})\b', re.IGNORECASE)
-# Calls whose numbers are shapes, steps of a loop or columns of an array: geometry, no quantities.
+# Calls whose numbers are shapes, loop steps or array columns, and not quantities.
 _GEOMETRY = {'slice', 'range', 'ones', 'zeros', 'empty', 'eye', 'full', 'ix_', 'arange', 'compile'}
 
 
 @dataclass(frozen=True)
 class Constant:
-    """A name with a number, where it stands, and what is written of it."""
+    """Name, location, comment text and kind of a numeric constant."""
 
     path: Path
     line: int
@@ -60,26 +60,26 @@ class Constant:
 
 
 def constants(package: str) -> Iterator[Constant]:
-    """Yield the module constants of a package that are numbers, or hold some."""
+    """Yield the numeric module constants of a package."""
     for path in sorted((ROOT / package).rglob('*.py')):
         yield from module_constants(path)
 
 
 def module_constants(path: Path, root: Path = ROOT) -> Iterator[Constant]:
-    """Yield those of one module, a constant for each name."""
+    """Yield the constants of one module, one for each name."""
     source = path.read_text(encoding='utf-8')
     lines = source.splitlines()
     body = ast.parse(source).body
     for index, statement in enumerate(body):
         names = list(_names(statement))
         if names:
-            text, kind = _spoken(body, index, lines)
+            text, kind = _text_and_kind(body, index, lines)
         for name in names:
             yield Constant(path.relative_to(root), statement.lineno, name, text, kind)
 
 
 def _names(statement: ast.stmt) -> Iterator[str]:
-    """Yield the names that a statement binds to numbers."""
+    """Yield the names that a statement assigns numbers to."""
     if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
         return
     target = statement.targets[0] if isinstance(statement, ast.Assign) else statement.target
@@ -92,7 +92,7 @@ def _names(statement: ast.stmt) -> Iterator[str]:
 
 
 def _numbers(node: ast.expr) -> Iterator[ast.Constant]:
-    """Yield the numbers of an expression that are quantities; keys of tables are none."""
+    """Yield the quantities in an expression; keys of dicts are not counted."""
     if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition('.')[2] in _GEOMETRY:
         return
     if isinstance(node, ast.Subscript | ast.JoinedStr | ast.Compare | ast.ListComp | ast.Lambda):
@@ -109,8 +109,8 @@ def _numbers(node: ast.expr) -> Iterator[ast.Constant]:
             yield from _numbers(child.value)
 
 
-def _spoken(body: list[ast.stmt], index: int, lines: list[str]) -> tuple[str, str]:
-    """Return what is written of a constant and its kind: by itself, its docstring, its heading."""
+def _text_and_kind(body: list[ast.stmt], index: int, lines: list[str]) -> tuple[str, str]:
+    """Return comment text and kind of a constant, from comment, docstring or heading."""
     statement = body[index]
     beside = ' '.join(f'{_above(statement, lines)} {_beside(statement, lines)}'.split())
     docstring = ' '.join(_docstring(body, index, beside).split())
@@ -122,7 +122,7 @@ def _spoken(body: list[ast.stmt], index: int, lines: list[str]) -> tuple[str, st
 
 
 def _above(statement: ast.stmt, lines: list[str]) -> str:
-    """Return the comment directly above, without a heading that it begins with."""
+    """Return the comment directly above, without its heading."""
     end = statement.lineno - 1
     first = end
     while first and lines[first - 1].startswith('#'):
@@ -132,7 +132,7 @@ def _above(statement: ast.stmt, lines: list[str]) -> str:
 
 
 def _heading_length(comment: list[str]) -> int:
-    """Return how many lines of a comment are a heading: from a kind on to a line's last colon."""
+    """Return the number of heading lines of a comment: from a kind to a colon at a line's end."""
     if not comment or not _HEADING.match(comment[0]):
         return 0
     return next((i for i, line in enumerate(comment, 1) if line.endswith(':')), 0)
@@ -146,7 +146,7 @@ def _beside(statement: ast.stmt, lines: list[str]) -> str:
 
 
 def _docstring(body: list[ast.stmt], index: int, beside: str) -> str:
-    """Return the docstring behind a constant, or behind several ones that say nothing else."""
+    """Return the docstring after a constant, or after a group of constants without comments."""
     for statement, following in zip(body[index:], body[index + 1 :], strict=False):
         if following.lineno != (statement.end_lineno or 0) + 1:
             break
@@ -170,7 +170,7 @@ def _heading(statement: ast.stmt, lines: list[str]) -> str:
 
 
 def table() -> str:
-    """Return how many constants of each kind each package has, as Markdown."""
+    """Return the number of constants by kind and package as a Markdown table."""
     counts = {package: Counter(c.kind for c in constants(package)) for package in PACKAGES}
     kinds = [*KINDS, *([UNSAID] if any(UNSAID in count for count in counts.values()) else [])]
     header = ['constants', *(f'`{package}`' for package in PACKAGES), 'all']
@@ -183,14 +183,14 @@ def table() -> str:
 
 
 def write() -> None:
-    """Write the table into the pages that show it."""
+    """Write the table into the pages that contain it."""
     made = replace(Provenance.now(), command='python tools/constants.py')
     for page in write_figures(pages_of(ROOT), {'constants': f'{made}:\n\n{table()}\n\n'}):
         print(f'wrote {page}')
 
 
 def main() -> None:
-    """Print the table, or the constants of the kind that the command line names."""
+    """Print the table, or the constants of the kind given on the command line."""
     if len(sys.argv) == 1:
         print(table())
         return

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Count the lines of each part of the project beside those that it is to have.
+Count the lines of each part of the project and compare them with their limits.
 
 Usage: ``python tools/house.py``; ``--write`` puts the table into docs/architecture.md.
 """
@@ -20,7 +20,7 @@ from fpnet_lab.scores import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 
-# Given: what each part is to have at most. None: nobody has said.
+# Given: most lines of each part. None: no limit.
 PARTS = {
     'floorplans: formats, parser, model, scale': (('fpnet_core/drawings',), 5400),
     'rooms and doors of maps': (('fpnet_core/segmentation',), 1400),
@@ -46,7 +46,7 @@ PARTS = {
 
 
 def lines_of(places: Iterable[str]) -> dict[Path, int]:
-    """Return the lines of each Python file at and below some places."""
+    """Return the number of lines of each Python file among and below ``places``."""
     paths = [ROOT / place for place in places]
     files = [path for path in paths if path.is_file()]
     files += [file for path in paths for file in path.rglob('*.py')]
@@ -54,7 +54,7 @@ def lines_of(places: Iterable[str]) -> dict[Path, int]:
 
 
 def table() -> str:
-    """Return the lines of each part, as Markdown."""
+    """Return the line counts of all parts as a Markdown table."""
     counted = {name: lines_of(places) for name, (places, _) in PARTS.items()}
     for file in counted['reasons and causes']:
         del counted['likelihood and alignment'][file]

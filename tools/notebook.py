@@ -5,8 +5,8 @@ Execute docs/tour.ipynb in an empty folder, and write its outputs into it and do
 
 Run: python tools/notebook.py [--out DOCS]
 
-The notebook's cells are the source; outputs, page and pictures are made of them. Pictures have a
-palette, so that the notebook stays small enough to be looked at in a browser.
+The notebook's cells are the source of the outputs, the page and the images. Images have a
+palette, so that the notebook stays small enough for browsers.
 """
 
 import argparse
@@ -39,11 +39,11 @@ Cell = Any
 
 
 class CellError(Exception):
-    """A cell that did not run; its text is the cell and what it raised."""
+    """Failed cell; the text holds the cell and its exception."""
 
 
 def main() -> None:
-    """Execute the notebook and write what is made of it."""
+    """Execute the notebook and write notebook, page and images."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--out', type=Path, default=DOCS)
     out = parser.parse_args().out
@@ -56,9 +56,9 @@ def main() -> None:
 
 
 def execute(cells: list[Cell], folder: Path) -> None:
-    """Run all cells of code in a folder, and put into each what it has shown."""
+    """Run all code cells in a folder and store the outputs in them."""
     pyplot.switch_backend('Agg')
-    # The programs of this environment, as after activating it.
+    # Put the programs of this environment on the path, as activating it does.
     os.environ['PATH'] = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
     shell, before = quiet_shell(), Path.cwd()
     os.chdir(folder)
@@ -70,7 +70,7 @@ def execute(cells: list[Cell], folder: Path) -> None:
 
 
 def quiet_shell() -> InteractiveShell:
-    """Return a shell that prints no results, and whose programs write to no terminal."""
+    """Return a shell that prints no results and captures the output of programs."""
     shell = InteractiveShell.instance()
     select_figure_formats(shell, {'png'}, dpi=60)
     for name in ('write_output_prompt', 'write_format_data', 'finish_displayhook'):
@@ -80,7 +80,7 @@ def quiet_shell() -> InteractiveShell:
 
 
 def run(line: str) -> str:
-    """Return what a program prints."""
+    """Run a program and return its output."""
     words = shlex.split(line)
     done = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode != 0:
@@ -89,7 +89,7 @@ def run(line: str) -> str:
 
 
 def shown_by(shell: InteractiveShell, source: str) -> Iterator[Cell]:
-    """Yield what a cell prints, displays and returns."""
+    """Yield the printed, displayed and returned outputs of a cell."""
     with capture_output() as captured:
         result = shell.run_cell(source)
     if not result.success:
@@ -106,7 +106,7 @@ def shown_by(shell: InteractiveShell, source: str) -> Iterator[Cell]:
 
 
 def small(data: dict[str, Any]) -> dict[str, str]:
-    """Return the forms of an output that pages show, pictures with a palette."""
+    """Return the displayable formats of an output, images with a palette."""
     found = {kind: data[kind] for kind in SHOWN if kind in data}
     if 'image/png' in found:
         found['image/png'] = encoded(paletted(found['image/png']))
@@ -119,7 +119,7 @@ def small(data: dict[str, Any]) -> dict[str, str]:
 
 
 def paletted(png: str | bytes) -> bytes:
-    """Return a picture with few colours."""
+    """Return an image with few colours."""
     data = png if isinstance(png, bytes) else base64.b64decode(png)
     picture = (
         Image.open(io.BytesIO(data)).convert('RGB').quantize(COLOURS, dither=Image.Dither.NONE)
@@ -130,12 +130,12 @@ def paletted(png: str | bytes) -> bytes:
 
 
 def encoded(png: bytes) -> str:
-    """Return a picture as text."""
+    """Return an image as base64 text."""
     return base64.b64encode(png).decode('ascii')
 
 
 def page(cells: list[Cell], images: Path) -> str:
-    """Return the notebook as a page, its pictures written beside it."""
+    """Return the notebook as a Markdown page; its images are written to ``images``."""
     parts, count = [], 0
     for cell in cells:
         if cell.cell_type == 'markdown':
@@ -155,7 +155,7 @@ def page(cells: list[Cell], images: Path) -> str:
 
 
 def shown(output: Cell) -> tuple[str, bytes | None]:
-    """Return an output's words and its picture."""
+    """Return the text and the image of an output."""
     if output.output_type == 'stream':
         return output.text, None
     data = output.data
@@ -166,7 +166,7 @@ def shown(output: Cell) -> tuple[str, bytes | None]:
 
 
 def alternative(cell: Cell) -> str:
-    """Return what a picture shows, by the comment in the last line of its cell."""
+    """Return an image's alternative text: the comment in the last line of its cell."""
     return cell.source.rpartition('  # ')[2].replace('\n', ' ')
 
 

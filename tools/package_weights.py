@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Put a trained checkpoint into the package, with its figures and the commands that made it.
+Add a trained checkpoint to the package, with its figures and the commands that made it.
 
 Usage, after ``fpnet train matcher --out RUN`` and
 ``fpnet bench matching --weights RUN/matcher.safetensors --json REPORT``::
@@ -20,7 +20,7 @@ PACKAGE = Path(__file__).parents[1] / 'fpnet_core' / 'weights'
 
 
 def main() -> None:
-    """Copy the best checkpoint of a run; refuses one that loses to nearest neighbour."""
+    """Copy the best checkpoint of a run; exit if it does not beat nearest neighbour."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('run', type=Path)
     parser.add_argument('report', type=Path)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Make the reference of docs/python.md of the docstrings of what ``fpnet`` offers.
+Generate the reference in docs/python.md from the docstrings of ``fpnet``.
 
 Run: python tools/python_page.py [--write]
 """
@@ -29,12 +29,12 @@ def main() -> None:
 
 
 def with_reference(page: str) -> str:
-    """Return the page with its reference made anew."""
+    """Return the page with its reference regenerated."""
     return SECTION.sub(lambda match: f'{match[1]}\n{reference()}\n{match[2]}', page)
 
 
 def reference() -> str:
-    """Return a section for each name, functions first."""
+    """Return one section per public name, functions first."""
     offered = [getattr(fpnet, name) for name in fpnet.__all__]
     functions = [each for each in offered if inspect.isfunction(each)]
     classes = [each for each in offered if inspect.isclass(each)]
@@ -47,7 +47,7 @@ def of_function(function) -> str:
 
 
 def of_class(cls) -> str:
-    """Return a class's docstring and, of our own, what it offers."""
+    """Return a class's docstring and, for classes of our API, its public members."""
     said = f'### `{cls.__name__}`\n\n{text(cls)}\n'
     if not cls.__module__.startswith(OWN):
         return said
@@ -60,7 +60,7 @@ def of_class(cls) -> str:
 
 
 def signature(function) -> str:
-    """Return a function's name and parameters, one on each line where they are many."""
+    """Return a function's name and parameters, one per line if they do not fit on one."""
     own = inspect.signature(function)
     parameters = [str(each).replace("'", '') for each in own.parameters.values()]
     returned = str(own.return_annotation).strip("'")
@@ -75,7 +75,7 @@ def signature(function) -> str:
 
 
 def code(lines: str) -> str:
-    """Return lines as a block of Python."""
+    """Return lines as a Python code block."""
     return f'```python\n{lines}\n```\n'
 
 
@@ -88,7 +88,7 @@ def text(member) -> str:
 
 
 def as_item(match) -> str:
-    """Return a parameter of a docstring as an item of a list."""
+    """Return a docstring's parameter as a list item."""
     names = ', '.join(f'`{name.strip()}`' for name in match[1].split(','))
     return f'- {names}: {" ".join(match[2].split())}'
 

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Take the picture of a report, as the documentation shows it.
+Take a screenshot of a report for the documentation.
 
 Run: python tools/screenshot.py out/run/report.html docs/images/report.png
      [--width 1500] [--upto SELECTOR] [--at SECONDS]
 
-Needs Chromium with its driver (apt-get install chromium chromium-driver). ``--upto`` ends the
-picture below the first element that a CSS selector finds, ``--at`` shows that time of a run.
+Needs Chromium with its driver (apt-get install chromium chromium-driver). ``--upto`` crops the
+image below the first element that matches a CSS selector, ``--at`` shows that time of a run.
 """
 
 import argparse
@@ -25,7 +25,7 @@ READY = "document.body.dataset.ready === 'true'"
 
 
 def take(page: Path, width: int, upto: str, at: float | None) -> Image.Image:
-    """Return the picture of a page, ``width`` pixels wide."""
+    """Return a screenshot of a page, ``width`` pixels wide."""
     with open_page(page) as browser:
         size = {'width': width, 'height': 1000, 'deviceScaleFactor': 1, 'mobile': width < 500}
         browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
@@ -46,7 +46,7 @@ def take(page: Path, width: int, upto: str, at: float | None) -> Image.Image:
 
 
 def main() -> None:
-    """Take the picture and save it."""
+    """Take the screenshot and save it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('page', type=Path)
     parser.add_argument('picture', type=Path)

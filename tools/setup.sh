@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# Make .venv with everything that fpnet_ros needs; `make setup` calls this once.
+# Create .venv with all dependencies of fpnet_ros; called once by `make setup`.
 #
 #   PYTHON           interpreter to use; default: the first suitable one on the path
 #   TORCH_INDEX_URL  package index tried first for PyTorch; empty: the default index only
@@ -24,7 +24,7 @@ install_packages() {
         die "apt-get could not install $*; install them by hand and run make again"
 }
 
-# Open3D's renderer is linked against these even where nothing is drawn.
+# Open3D's renderer is linked against these libraries, even if nothing is rendered.
 require_libraries() {
     local missing=() known entry
     known=$(PATH=$PATH:/sbin:/usr/sbin ldconfig -p)
@@ -37,8 +37,8 @@ require_libraries() {
     install_packages "${missing[@]}"
 }
 
-# An interpreter counts if it runs, is 3.11 or 3.12, can make environments and, where ROS 2 is
-# sourced, sees its rclpy. A name on the path may be a shim that does not run.
+# An interpreter is suitable if it runs, is 3.11 or 3.12, can create environments and, if ROS 2 is
+# sourced, imports its rclpy. A program on the path may be a shim that does not run.
 is_suitable() {
     local check='import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))'
     [ "$1" = with-venv ] && check="import ensurepip, venv; $check"
@@ -56,13 +56,13 @@ find_python() {
 
 require_python() {
     python=$(find_python with-venv) && return
-    # Debian and Ubuntu ship the interpreter without the module that makes environments.
+    # Debian and Ubuntu ship the interpreter without the venv module.
     if as_root && [ -z "${PYTHON:-}" ]; then
         install_packages python3 python3-venv
         python=$(find_python with-venv) && return
     fi
     if python=$(find_python any); then
-        die "$python cannot make virtual environments; run: sudo apt-get install python3-venv"
+        die "$python cannot create virtual environments; run: sudo apt-get install python3-venv"
     fi
     die "no Python 3.11 or 3.12 found${ROS_DISTRO:+ that imports rclpy}; install one" \
         "(Debian 12, Ubuntu 24.04: sudo apt-get install python3 python3-venv)" \
@@ -73,9 +73,9 @@ pip_install() {
     "$VENV/bin/python" -m pip install -qq --no-input --disable-pip-version-check "$@"
 }
 
-# On Linux, PyPI's torch brings gigabytes of CUDA libraries; the CPU build is on PyTorch's own
-# index only. It is tried first, without retries, so that an unreachable index costs seconds;
-# then the default index serves, which may be a mirror that holds a CPU build.
+# On Linux, PyPI's torch depends on gigabytes of CUDA libraries; the CPU build is on PyTorch's own
+# index only. That index is tried first, without retries, so that an unreachable index costs
+# seconds; the fallback is the default index, which may be a mirror with a CPU build.
 install_torch() {
     local torch
     torch=$(grep '^torch==' requirements-core.txt)
@@ -84,19 +84,19 @@ install_torch() {
             2>/dev/null; then
         return
     fi
-    say "no PyTorch at ${TORCH_INDEX_URL:-a CPU index}; taking it from the default index"
+    say "no PyTorch at ${TORCH_INDEX_URL:-a CPU index}; using the default index"
     pip_install "$torch"
 }
 
-# No wheel has tf2_msgs, bond, nav2_msgs or our own action; without a compiler the nodes run without
-# TF, bond, ~/set_initial_pose and ~/localize.
+# There are no wheels of tf2_msgs, bond, nav2_msgs and our own action; without a compiler the nodes
+# run without TF, bond, ~/set_initial_pose and ~/localize.
 generate_interfaces() {
     command -v c++ >/dev/null || ! as_root || install_packages g++
     if ! command -v c++ >/dev/null; then
         say 'no C++ compiler, so no TF and no action: install g++ and run make setup again'
         return
     fi
-    say 'generating messages that no wheel has'
+    say 'generating messages without wheels'
     pip_install -r requirements-interfaces.txt
     tools/interfaces/build.sh "$VENV"
 }
@@ -113,7 +113,7 @@ main() {
     esac
     require_libraries
     require_python
-    say "making $VENV with $("$python" --version) (takes some minutes, once)"
+    say "creating $VENV with $("$python" --version) (takes some minutes, once)"
     "$python" -m venv "${options[@]}" "$VENV"
     touch "$VENV/COLCON_IGNORE"
     say 'installing PyTorch'

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Follow the tutorial word for word, and compare what comes out with what the page promises.
+Run the tutorial's commands and compare their output with the page.
 
 Run: python tools/walkthrough.py [PAGE] [--work DIR]    (make walkthrough)
 
-Each command of a ``bash`` block is run in an empty folder; the lines of the block below it are
-its promised output, and what ``fpnet`` prints must all be there. Words must be the same, and
-numbers nearly: a fifth of them or one unit off their last digit; durations may be any. A file
-that a command is told to write must be there.
+The commands of ``bash`` blocks run in an empty folder. The block below a command is its expected
+output and must hold every line that ``fpnet`` prints. Words must be equal; numbers may differ by
+a fifth or one unit of the last digit; durations are ignored. Files that a command is told to
+write must exist.
 """
 
 import argparse
@@ -37,7 +37,7 @@ TIMEOUT_S = 600
 
 @dataclass(frozen=True)
 class Step:
-    """A command of a page, and the lines that it promises."""
+    """A command of a page, and its expected output lines."""
 
     command: str
     promised: tuple[str, ...]
@@ -49,13 +49,13 @@ class Step:
 
     @property
     def program(self) -> str | None:
-        """The program, of this environment first; None where it is not installed."""
+        """The program, preferably of this environment; None if it is not installed."""
         beside = str(Path(sys.executable).parent)
         return shutil.which(self.words[0], path=beside) or shutil.which(self.words[0])
 
 
 def main() -> None:
-    """Run all steps, say how long each took, and exit 1 where one is not as promised."""
+    """Run all steps, print the duration of each, and exit 1 if any output differs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('page', type=Path, nargs='?', default=ROOT / 'docs' / 'tutorial.md')
     parser.add_argument('--work', type=Path, help='an empty folder; default: a temporary one')
@@ -64,7 +64,7 @@ def main() -> None:
     broken = 0
     for step in steps(arguments.page.read_text(encoding='utf-8')):
         if step.program is None:
-            print(f'left out, as it is not installed here: {step.command}')
+            print(f'skipped, not installed: {step.command}')
             continue
         started = time.perf_counter()
         wrong = follow(step, work)
@@ -77,7 +77,7 @@ def main() -> None:
 
 
 def steps(page: str) -> list[Step]:
-    """Return the page's commands in their order, with the output that follows each."""
+    """Return the page's commands in order, each with the output block that follows it."""
     found: list[Step] = []
     for kind, text in BLOCK.findall(page):
         if kind == 'bash':
@@ -88,12 +88,12 @@ def steps(page: str) -> list[Step]:
 
 
 def is_command(text: str) -> bool:
-    """Tell commands that are not to be run, as those that need a robot, from outputs."""
+    """Return whether a block holds commands (for example for a robot) and not output."""
     return text.startswith(('ros2 ', 'fpnet '))
 
 
 def follow(step: Step, work: Path) -> list[str]:
-    """Run a step and return what is not as promised."""
+    """Run a step and return its deviations from the page."""
     words = step.words
     done = subprocess.run(  # noqa: S603 - commands of our own pages
         [step.program, *words[1:]],
@@ -116,13 +116,13 @@ def written(words: list[str]) -> Iterator[str]:
 
 
 def missing(promised: tuple[str, ...], printed: list[str]) -> list[str]:
-    """Return the promised lines that nothing printed is like; tables are left to the eye."""
+    """Return the expected lines without a similar printed line; tables are not compared."""
     lines = [line for line in promised if line.strip() and not TABLE.search(line)]
     return [line for line in lines if not any(alike(line, each) for each in printed)]
 
 
 def unsaid(step: Step, printed: list[str]) -> list[str]:
-    """Return the lines of an own command that the page does not have, though it promises some."""
+    """Return printed lines of an ``fpnet`` command that its expected output lacks."""
     if step.words[0] != 'fpnet' or not step.promised:
         return []
     lines = [line for line in printed if line.strip() and not TABLE.search(line)]
@@ -130,7 +130,7 @@ def unsaid(step: Step, printed: list[str]) -> list[str]:
 
 
 def alike(promised: str, printed: str) -> bool:
-    """Tell whether two lines have the same words, and nearly the same numbers."""
+    """Return whether two lines have the same words and nearly the same numbers."""
     one, other = (DURATION.sub('', ' '.join(line.split())) for line in (promised, printed))
     if NUMBER.sub('#', one) != NUMBER.sub('#', other):
         return False
@@ -139,7 +139,7 @@ def alike(promised: str, printed: str) -> bool:
 
 
 def near(first: str, second: str) -> bool:
-    """Tell whether two numbers are a fifth of them, or one unit of the last digit, apart."""
+    """Return whether two numbers differ by at most a fifth or one unit of the last digit."""
     unit = 10.0 ** -len(first.partition('.')[2])
     return abs(float(first) - float(second)) <= max(NEAR * abs(float(first)), 1.001 * unit)
 

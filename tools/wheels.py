@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Install the wheel into empty environments, for each Python at hand and each extra, and use it.
+Install the wheel into fresh environments, for each Python and each extra, and test it.
 
 Run: python tools/wheels.py [--python PYTHON ...] [--extra EXTRA ...] [--work DIR]
                             [--with-cuda] [--json OUT]                     (make wheels)
 
-Without ``--python`` it takes those of 3.11 to 3.13 that are on the path or pyenv's. What no extra
-is needed for is installed first; each extra goes into a copy of that by hard links, so that none
-sees another's libraries. Prints a row for each, and exits 1 where one cannot be installed or used.
+Without ``--python`` it uses the interpreters 3.11 to 3.13 on the path or in pyenv. It installs
+the wheel without extras first; each extra goes into a hard-linked copy of that environment, so
+that extras do not share libraries. It prints a row for each and exits 1 if any of them fails.
 
-``--with-cuda`` is for machines that do not reach PyTorch's index: they take PyPI's build of it,
-with several GB of CUDA's libraries. `fpnet bench figures wheels=OUT` writes what is installed in
-how long, and how large it is, into docs/install.md.
+``--with-cuda`` is for machines without access to PyTorch's index: they install PyPI's build, with
+several GB of CUDA libraries. `fpnet bench figures wheels=OUT` writes the installation times and
+sizes into docs/install.md.
 """
 
 from collections.abc import Iterator
@@ -96,11 +96,11 @@ USES = {
     'ros': ['python -c "import fpnet_ros.localizer"'],
     'lab': ['fpnet simulate stats --help', 'python -c "import fpnet_lab.evaluation.demo"'],
 }
-"""What is done with each extra, where a map of three rooms, a drive and a cloud lie."""
+"""Test commands for each extra; they run in a folder with a plan, a recording and a cloud."""
 
 
 def main() -> None:
-    """Try every Python with every extra."""
+    """Test every Python with every extra."""
     parser = script_parser(__doc__)
     parser.add_argument('--python', action='append', type=Path)
     parser.add_argument('--extra', action='append', choices=[*USES], default=[])
@@ -125,26 +125,28 @@ def main() -> None:
 
 
 def at_hand() -> Iterator[Path]:
-    """Yield an interpreter of each version that is installed."""
+    """Yield an interpreter of each installed version."""
     for version in VERSIONS:
         on_path = shutil.which(f'python{version}')
         found = [*([on_path] if on_path else []), *sorted(PYENV.glob(f'{version}.*/bin/python'))]
-        # pyenv's shim of a version that is not switched on is on the path, and does not run.
+        # The path may hold pyenv's shim of a version that is not active, which does not run.
         runs = next((Path(each) for each in found if is_running(each)), None)
         if runs is None:
-            print(f'Python {version} is not at hand')
+            print(f'Python {version} is not installed')
         else:
             yield runs
 
 
 def is_running(python: str | Path) -> bool:
-    """Tell whether an interpreter starts."""
-    done = subprocess.run([python, '-c', ''], capture_output=True, check=False)  # noqa: S603 - ours
+    """Return whether an interpreter starts."""
+    done = subprocess.run(  # noqa: S603 - our own arguments
+        [python, '-c', ''], capture_output=True, check=False
+    )
     return done.returncode == 0
 
 
 def built(work: Path) -> Path:
-    """Return the wheel of this checkout's commit; built elsewhere, where nothing old lies."""
+    """Return the wheel of this checkout's commit, built from a clone without old build files."""
     sources = work / 'sources'
     shutil.rmtree(sources, ignore_errors=True)
     run('git', 'clone', '-q', '--shared', ROOT, sources)
@@ -156,7 +158,7 @@ def built(work: Path) -> Path:
 def tried(
     wheel: Path, python: Path, extra: str, work: Path, limits: list[object]
 ) -> dict[str, object] | None:
-    """Return what an extra takes that can be installed and used; None where it cannot."""
+    """Return size and installation time of an extra; None if installation or use fails."""
     version = run(python, '-c', 'import sys; print("%d.%d" % sys.version_info[:2])').strip()
     started = time.monotonic()
     try:
@@ -172,7 +174,7 @@ def tried(
 
 
 def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: list[object]) -> Path:
-    """Return an environment with the wheel and one extra, made anew."""
+    """Return a new environment with the wheel and one extra."""
     home = folder / extra
     shutil.rmtree(home, ignore_errors=True)
     if extra == NONE:
@@ -184,7 +186,7 @@ def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: lis
         run(python, '-m', 'venv', '--upgrade', home)
     pip = (home / 'bin' / 'python', '-m', 'pip', 'install', '-q', '--no-input')
     pip += ('--disable-pip-version-check',)
-    # In a copy, too: its scripts name the environment that they were copied from.
+    # Also in a copy: its scripts refer to the environment that they were copied from.
     run(*pip, '--force-reinstall', '--no-deps', wheel)
     run(*pip, *limits, wheel if extra == NONE else f'{wheel}[{extra}]')
     run(home / 'bin' / 'python', '-c', PLAN, cwd=home)
@@ -196,7 +198,7 @@ def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: lis
 
 
 def run(*words: object, cwd: Path | None = None, path: Path | None = None) -> str:
-    """Return what a program prints."""
+    """Run a program and return its output."""
     environment = {'PATH': f'{path}:/usr/bin:/bin'} if path else None
     done = subprocess.run(  # noqa: S603 - our own commands
         [str(word) for word in words], cwd=cwd, env=environment, capture_output=True, text=True,

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The Python interface: a dozen names, which ``import fpnet`` offers.
+The Python interface, which ``import fpnet`` offers.
 
     plan = fpnet.read_plan('plan.pdf')
     fpnet.segment(plan).plot()
@@ -9,8 +9,8 @@ The Python interface: a dozen names, which ``import fpnet`` offers.
     for output in fpnet.localize(plan, 'drive.bag'):
         print(output)
 
-What these functions return are the values of the core with a short ``repr`` and a picture; they
-go wherever the core takes theirs. The ``fpnet`` command does its work through the same functions.
+The functions return values of the core with a short ``repr`` and a plot, which the core accepts
+like its own. The ``fpnet`` command uses the same functions.
 """
 
 from __future__ import annotations
@@ -59,24 +59,24 @@ def read_plan(
     config: FpnetConfig | None = None,
 ) -> Plan:
     """
-    Read a drawing of a building, in any format that ``fpnet plan`` reads.
+    Parse a drawing of a building, in any format that ``fpnet plan`` supports.
 
     Parameters
     ----------
     path : image, PDF, SVG, DXF, IFC, or the YAML of a map_server map
-    resolution : metres per pixel, where the drawing does not say it
-    length : (x1, y1, x2, y2, metres): two places in pixels and the metres between them
-    crop : (left, top, right, bottom) in pixels: read this part only
+    resolution : metres per pixel, if the drawing does not state it
+    length : (x1, y1, x2, y2, metres): two points in pixels and their distance
+    crop : (left, top, right, bottom) in pixels: read only this part
     storey : which of several on one sheet, from 1
-    page : of a PDF or TIFF, or storey of an IFC, from 1
-    layers : of a DXF that hold walls; none to guess
-    mirrored : the drawing is a mirror image: flip it
-    config : the defaults if None
+    page : page of a PDF or TIFF, or storey of an IFC, from 1
+    layers : layers that hold walls; empty to choose automatically
+    mirrored : flip the drawing, which is a mirror image
+    config : defaults if None
 
     Raises
     ------
     MapFormatError
-        If the file cannot be read, an option does not fit it, or it shows no building.
+        If the file cannot be read, an option does not apply to it, or it shows no building.
     """
     options = ReadOptions(resolution, length, crop, storey, page, tuple(layers))
     reading = _read_plan(path, options, config)
@@ -88,18 +88,18 @@ def read_robot_map(
     path: str | Path, config: FpnetConfig | None = None, *, storey: int | None = None
 ) -> RobotMap:
     """
-    Read what a robot has seen: a map image or YAML, a point cloud, or a whole recording.
+    Read a robot map: a map image or YAML, a point cloud, or a whole recording.
 
     Parameters
     ----------
-    path : the file or folder
-    config : the defaults if None
-    storey : of a cloud of several, from 1 at the bottom
+    path : file or folder
+    config : defaults if None
+    storey : storey of a point cloud with several, from 1 at the bottom
 
     Raises
     ------
     FpnetError
-        If the file cannot be read, nothing usable is in it, or it is no cloud and has no storeys.
+        If the file cannot be read, is not usable, or ``storey`` is given and it is no cloud.
     """
     path, config = Path(path), config or FpnetConfig()
     if not path.exists():
@@ -125,7 +125,7 @@ def submap_of(
         If it holds no usable scan.
     """
     from fpnet_core.io.recordings import (
-        open_scans,  # with odometry, slower to load than all maps need
+        open_scans,  # loads odometry, which takes long and maps do not need
     )
     from fpnet_core.odometry import KissOdometry
 
@@ -133,7 +133,7 @@ def submap_of(
     scans = open_scans(Path(recording))
     for scan in scans:
         sweep = scan if scans.has_poses else odometry.register_scan(scan)
-        assert sweep.T_odom_sensor is not None  # a source with poses gives one for each scan
+        assert sweep.T_odom_sensor is not None  # sources with poses have one per scan
         builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
         advance()
     submap = builder.take()
@@ -145,17 +145,16 @@ def submap_of(
 @checked
 def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None = None) -> Rooms:
     """
-    Cut a floorplan, or what a robot has seen, into rooms and doors.
+    Segment a floorplan or robot map into rooms and doors.
 
     Parameters
     ----------
-    subject : of :func:`read_plan`, :func:`read_robot_map`, or a file that is read as a plan, or as
-        a recording or point cloud where it is one
+    subject : result of :func:`read_plan` or :func:`read_robot_map`, or a file, which is read as a
+        plan unless it is a recording or point cloud
 
     Returns
     -------
-    Its rooms and doors, in the metres that the plan or map states or is estimated to have; none
-    with a reason where there are none.
+    Rooms and doors, in metres as stated or estimated; an empty result states the reason.
     """
     config = config or FpnetConfig()
     if isinstance(subject, str | Path):
@@ -177,7 +176,7 @@ def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
     Raises
     ------
     FpnetError
-        If the description is malformed or contradicts itself, or a plan cannot be read.
+        If the description is malformed or contradictory, or a plan cannot be read.
     """
     return _read_site(path, config)
 
@@ -187,7 +186,7 @@ def match_site(
     site: Site, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> dict[str, Match]:
     """
-    Place what a robot has seen on the storeys of a site, by name, the most probable first.
+    Match a robot map on each storey of a site; return matches by name, most probable first.
 
     Raises
     ------
@@ -209,12 +208,12 @@ def diff(
     config: FpnetConfig | None = None,
 ) -> Placed:
     """
-    Find where a drawing, or the right one of a site's, and what a robot has seen differ.
+    Find differences between a drawing, or the right storey of a site, and a robot map.
 
     Raises
     ------
     NotPlacedError
-        If what was seen cannot be placed surely.
+        If no match of the robot map is accepted.
     FpnetError
         If a file cannot be read, or a plan holds no room.
     """
@@ -225,7 +224,7 @@ def diff(
     site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
     found = next(iter(match_site(site, seen, config).values()))
     if found.status is not MapMatchStatus.MATCHED:
-        raise NotPlacedError(f'lost, so the drawing cannot be judged: {found.reason}')
+        raise NotPlacedError(f'not placed, so the drawing cannot be checked: {found.reason}')
     name = found.storey or site.storeys[0].name
     A_plan_sub = found.candidates.estimates[0].A_plan_submap
     grid = site.storey(name).plan.grid
@@ -237,12 +236,12 @@ def match(
     plan: Reading | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> Match:
     """
-    Place what a robot has seen on a floorplan.
+    Match a robot map on a floorplan.
 
     Parameters
     ----------
     plan, robot_map : as read, or files
-    config : the defaults if None
+    config : defaults if None
 
     Raises
     ------
@@ -268,23 +267,23 @@ def localize(
     config: FpnetConfig | None = None,
 ) -> Run:
     """
-    Localise a recording on a floorplan, or on one of a site's; see :class:`Run`.
+    Localize a recording on a floorplan or site; see :class:`Run`.
 
     Parameters
     ----------
-    plan : a floorplan or site as read, or a floorplan's file
+    plan : floorplan or site as read, or a floorplan's file
     recording : bag, CARMEN log, or folder of scans
-    poses : of the scans, used as odometry: TUM, KITTI or .npy
-    odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
-    topics : of a bag: a PointCloud2, or LaserScans, one or several; none to choose
-    config : the defaults if None
+    poses : file of scan poses, used as odometry: TUM, KITTI or .npy
+    odometry : kiss (KISS-ICP), robot (the bag's), or both; None: the bag's if it has one
+    topics : PointCloud2 or LaserScan topics of a bag; empty to choose automatically
+    config : defaults if None
 
     Raises
     ------
     FpnetError
-        If a file cannot be read, or there is no such choice of odometry.
+        If a file cannot be read, or ``odometry`` is invalid or not in the recording.
     """
-    from fpnet.api.run import Run, scans_of  # as above
+    from fpnet.api.run import Run, scans_of  # see submap_of
 
     config = config or FpnetConfig()
     if isinstance(plan, str | Path):
@@ -302,9 +301,9 @@ def localize(
 @checked
 def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> Check:
     """
-    Tell whether a floorplan will serve: how it was read, what looks alike, what to do.
+    Check whether a floorplan is usable: parse, scale, rooms that look alike, advice.
 
-    ``fpnet check-plan`` drives simulated robots through it beside that.
+    ``fpnet check-plan`` also drives simulated robots through it.
     """
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
@@ -314,4 +313,4 @@ def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) ->
 
 
 def _no_drive(*_: object) -> NoReturn:
-    raise AssertionError('no drive was asked for')
+    raise AssertionError('no simulated drive was requested')

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A recording on its way over a floorplan."""
+"""A localization run of a recording on a floorplan."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MAP_BYTES = 128e6  # chosen: for maps of ticks that outputs show; as much as the localizer holds
+_MAP_BYTES = 128e6  # chosen: memory of the maps kept in outputs; the localizer holds as much
 
 
 def scans_of(
@@ -58,14 +58,14 @@ def scans_of(
     scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
     """
-    Open the scans of a recording, with the odometry that was asked for.
+    Open the scans of a recording with the chosen odometry.
 
     Raises
     ------
     OdometryError
-        If the recording has no odometry of its own, and that was asked for.
+        If the recording's own odometry was chosen and it has none.
     """
-    # With poses of the sensor itself, nobody asks where it sits on the robot.
+    # With sensor poses, the transform from sensor to robot is not needed.
     unread = '' if odometry == 'kiss' or poses is not None else None
     path = Path(recording)
     source = open_scans(path, topics=topics, odometry_topic=unread, scan_stamp=scan_stamp)
@@ -82,25 +82,25 @@ def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) 
         if source.has_poses:
             return source
     raise OdometryError(
-        f'{path} brings no odometry of its own; record its nav_msgs/Odometry, or its /tf and '
-        '/tf_static, as well, or leave the choice of odometry out'
+        f'{path} has no odometry; record nav_msgs/Odometry, or /tf and /tf_static, as well, '
+        'or use KISS-ICP'
     )
 
 
 class Run:
     """
-    A recording on its way over a floorplan, or a site of several.
+    A localization run of a recording on a floorplan or site.
 
-    Iterating yields what each tick says, as the recording is read; everything else reads on to
-    its end first. Poses are of the floorplan's frame; on a site, those on the storey at the end.
+    Iterating yields the output of each update while the recording is read; all else first reads
+    on to its end. Poses are in the plan frame; on a site, those on the final storey.
 
     Parameters
     ----------
-    plan : the floorplan as it was read, or a site of several
-    scans : of the recording, see :func:`scans_of`
-    config : of the localizer
+    plan : parsed floorplan, or a site
+    scans : scans of the recording, see :func:`scans_of`
+    config : configuration of the localizer
     advance : called after each scan
-    odometry : both: KISS-ICP registers scans with poses as well, which help and check it
+    odometry : both: KISS-ICP registers scans with poses too, initialized and checked by them
     """
 
     def __init__(
@@ -128,89 +128,89 @@ class Run:
         )
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
-        """Yield the outputs of the ticks that nobody has asked for yet."""
+        """Yield the outputs of the remaining updates."""
         return iter(self._replay)
 
     @cached_property
     def result(self) -> ReplayResult:
-        """All ticks, all published poses and the odometry."""
+        """All updates, all published poses and the odometry."""
         for _ in self._replay:
             pass
         return self._replay.result()
 
     @property
     def so_far(self) -> ReplayResult:
-        """What there is of the run between two of its ticks; nothing is read on."""
+        """The run up to the newest update; does not read on."""
         return self._replay.result()
 
     @property
     def rooms(self) -> Segmentation:
-        """Rooms and doors of the floorplan that the newest tick is about, at its scale so far."""
+        """Rooms and doors of the newest update's floorplan, at its current scale."""
         said = self._localizer.snapshot.plan
         plan = self._localizer.plan if said is None else said.nominal
-        assert plan is not None  # it was set at the beginning
+        assert plan is not None  # set in __init__
         return plan.segmentation
 
     @property
     def plan(self) -> Reading:
-        """The floorplan; of a site, that of the storey at the end."""
+        """The floorplan; on a site, that of the final storey."""
         if len(self.site.storeys) == 1:
             return self.site.storeys[0].plan
         return self.site.storey(self.storey).plan
 
     @property
     def storey(self) -> str:
-        """The storey at the end; empty for a floorplan that is no site's."""
+        """The final storey; empty for a single floorplan."""
         return self.last.storey or self.site.storeys[0].name
 
     @property
     def last(self) -> LocalizerOutput:
-        """What the last tick said."""
+        """The output of the last update."""
         return self.result.outputs[-1] if self.result.outputs else self._localizer.output
 
     @property
     def status(self) -> Status:
-        """The status at the end."""
+        """The final status."""
         return self.last.status
 
     @property
     def poses(self) -> PlanarTrajectory:
-        """Published poses in the plan's frame: stamps, positions [m] and yaw [rad]."""
+        """Published poses in the plan frame: stamps, positions [m] and yaw [rad]."""
         return self.result.published.take(self._is_here)
 
     @property
     def covariances(self) -> NDArray[np.float64]:
-        """Those ``(S, 3, 3)`` of the published poses' x, y [m] and yaw [rad]."""
+        """Covariances ``(S, 3, 3)`` of the published poses: x, y [m] and yaw [rad]."""
         return self.result.covariances[self._is_here]
 
     @property
     def _is_here(self) -> NDArray[np.bool_]:
-        """Which of the published poses ``(S,)`` are on the plan."""
+        """Mask ``(S,)`` of the published poses on the final storey."""
         return np.array([name == self.storey for name in self.result.storeys], dtype=np.bool_)
 
     @property
     def segmentation(self) -> Segmentation:
-        """The floorplan's rooms and doors, at the scale that was found."""
-        self.result  # noqa: B018 - the scale is that of the end
+        """Rooms and doors of the floorplan, at the final scale."""
+        self.result  # noqa: B018 - reads to the end, for the final scale
         return self.rooms
 
     @cached_property
     def differences(self) -> Differences | None:
-        """Where plan and what was seen differ; None unless the robot is localized at the end."""
+        """Differences between plan and final submap; None unless localized at the end."""
         last, plan = self.last, self._localizer.snapshot.plan
         return None if plan is None else differences_of(last, plan)
 
     @property
     def outdated(self) -> Outdated | None:
-        """How far the plan is out of date where the robot is at the end; None unless it is."""
+        """How outdated the plan is around the final pose; None if it is not."""
         return None if self.differences is None else outdated_here(self.last, self.differences)
 
     @cached_property
     def next_look(self) -> NextLook | None:
         """
-        Where to look next; None where the robot is localized, or no look would tell more.
+        Where to look next; None if localized, or if no viewpoint is informative.
 
-        Its words are as the sensor faces.
+        Its directions are relative to the sensor's heading.
         """
         plan, path = self._localizer.snapshot.plan, self.result.odometry
         if plan is None or not len(path):
@@ -223,10 +223,10 @@ class Run:
         self, invocation: Invocation | None = None, storey: int | None = None
     ) -> tuple[Cause, ...]:
         """
-        Return why there is no answer in the end, the likeliest cause first; none where there is.
+        Return the likely causes of a failure, most likely first; none if localized.
 
-        ``asked`` is what was typed, from which the next commands are made; ``storey`` of the
-        sheet, as it was asked for.
+        ``invocation`` is the command line, from which the next commands are made; ``storey`` is
+        the requested storey of the sheet.
         """
         if self.status is Status.LOCALIZED:
             return ()
@@ -244,7 +244,7 @@ class Run:
 
     @property
     def _matched_hz(self) -> float:
-        """How often scans come; infinite where they bring poses."""
+        """Rate [Hz] of the scans that KISS-ICP registers; infinite if scans have poses."""
         stamps_ns = self.result.odometry.stamps_ns
         if self._scans.has_poses or len(stamps_ns) < 2:
             return math.inf
@@ -253,20 +253,20 @@ class Run:
     def summary(
         self, truth: PlanarTrajectory | None = None, A_plan_truth: Affine2D | None = None
     ) -> RunSummary:
-        """Return the run's figures, against true poses where somebody knows them."""
+        """Return the run's metrics; errors need the true poses."""
         run = self.result
         A = Affine2D.identity() if A_plan_truth is None else A_plan_truth
         return summarize_run(self.poses, run.odometry, run.tick_ms, truth, A, self.covariances)
 
     def __repr__(self) -> str:
-        """Say how it ended, once it has been read to its end."""
+        """Return a one-line summary, once the run was read to its end."""
         on = self.site.name or self.site.storeys[0].plan.drawing.name
         if 'result' not in self.__dict__:
-            return f'<Run on {on}, not read to its end yet>'
+            return f'<Run on {on}, not finished yet>'
         return f'<Run on {on}: {self.last.said}; {self.summary()}>'
 
     def plot(self, figure: Figure | None = None) -> Figure:
-        """Draw the plan with the published poses, and the submap at the end."""
+        """Draw the plan with the published poses, and the final submap."""
         from fpnet.viz.run import draw_run
 
         figure = figure_of(figure, (16.0, 8.5))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the interface returns: the core's values with a short ``repr`` and a picture."""
+"""Values that the interface returns: the core's, with a short ``repr`` and a plot."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ Value = TypeVar('Value')
 
 
 def shown_as(shown: type[Value], value: Any) -> Value:
-    """Return a frozen value as the class beside it that has a picture."""
+    """Return a frozen value as ``shown``, the subclass that has a plot."""
     return shown(**{field.name: getattr(value, field.name) for field in fields(value)})
 
 
 class Plan(Reading):
-    """A drawing read as a plan: :class:`fpnet_core.drawings.types.Reading` with a picture."""
+    """A parsed drawing: :class:`fpnet_core.drawings.types.Reading` with a plot."""
 
     def __repr__(self) -> str:
-        """Say what it shows in a line."""
+        """Return size, scale and warnings in one line."""
         height, width = (cells * self.grid.resolution for cells in self.grid.shape)
-        doubts = f', doubts: {"; ".join(self.doubts)}' if self.doubts else ''
+        doubts = f', warnings: {"; ".join(self.doubts)}' if self.doubts else ''
         return (
             f'<Plan {self.drawing.name}: {width:.0f} x {height:.0f} m, '
             f'{said_of_scale(self.scale)}{doubts}>'
         )
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it in metres, on ``ax`` or a figure of its own."""
+        """Draw the plan in metres, on ``ax`` or a new figure."""
         from fpnet.viz.segmentation import draw_grid
 
         ax = axes_of(ax)
@@ -52,10 +52,10 @@ class Plan(Reading):
 
 
 class Rooms(Segmentation):
-    """Rooms and doors: :class:`fpnet_core.types.Segmentation` with a picture."""
+    """Rooms and doors: :class:`fpnet_core.types.Segmentation` with a plot."""
 
     def __repr__(self) -> str:
-        """Say what was found in a line."""
+        """Return counts and area in one line."""
         area_m2 = sum(room.area_m2 for room in self.rooms)
         said = f'{len(self.rooms)} rooms, {area_m2:.0f} m², {len(self.doors)} doors'
         return f'<Rooms: {said if self.rooms else self.reason}>'
@@ -75,18 +75,18 @@ class Rooms(Segmentation):
 
 @dataclass(frozen=True, eq=False)
 class RobotMap:
-    """What a robot has seen; ``is_metric`` says that its metres are true."""
+    """A robot map; ``is_metric`` if its metres are true, not nominal."""
 
     submap: Submap
     is_metric: bool
 
     def __repr__(self) -> str:
-        """Say how much it is in a line."""
+        """Return the free area in one line."""
         metres = 'm²' if self.is_metric else 'm² at a nominal scale'
         return f'<RobotMap: {self.submap.free_area_m2:.0f} {metres} of free space>'
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw it in its metres, on ``ax`` or a figure of its own."""
+        """Draw the map in its metres, on ``ax`` or a new figure."""
         from fpnet.viz.segmentation import draw_grid
 
         ax = axes_of(ax)
@@ -99,20 +99,20 @@ class RobotMap:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """What a robot has seen placed on a drawing, that of ``storey``, and how these differ."""
+    """A robot map placed on a drawing, that of ``storey``, and their differences."""
 
     match: MapMatch
     differences: Differences
     storey: str = ''
 
     def __repr__(self) -> str:
-        """Say how much differs in a line."""
+        """Return the probability, and the number and length of differences, in one line."""
         likely = self.differences.likely
         length_m = sum(each.length_m for each in likely)
         return f'<Placed (p {self.match.probability:.2f}): {len(likely)} differ, {length_m:.0f} m>'
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the drawing with what differs, in metres, on ``ax`` or a figure of its own."""
+        """Draw the plan with the differences, in metres, on ``ax`` or a new figure."""
         from fpnet.viz.differences import draw_differences
 
         ax = axes_of(ax)
@@ -124,16 +124,16 @@ class Placed:
 
 
 class Check(PlanCheck):
-    """Findings on a floorplan: :class:`fpnet.plan_check.PlanCheck` with a picture."""
+    """Findings on a floorplan: :class:`fpnet.plan_check.PlanCheck` with a plot."""
 
     def __repr__(self) -> str:
-        """Say what was found in a line."""
+        """Return the verdict and counts in one line."""
         rooms, doors = len(self.segmentation.rooms), len(self.segmentation.doors)
         said = 'accepted' if self.verdict.accepted else self.verdict.fitness.value
         return f'<Check {said}: {rooms} rooms, {doors} doors, {len(self.advice)} pieces of advice>'
 
     def plot(self, figure: Figure | None = None) -> Figure:
-        """Draw rooms and doors, and which rooms look alike, side by side."""
+        """Draw the rooms and doors, and the rooms that look alike, side by side."""
         from fpnet.viz.plan_check import draw_plan_check, plan_check_inches
 
         figure = figure_of(figure, plan_check_inches(self.segmentation))
@@ -145,14 +145,14 @@ class Check(PlanCheck):
 
 
 class Match(MapMatch):
-    """A robot's map on a plan: :class:`fpnet_core.localizer.MapMatch` with a picture."""
+    """A robot map on a plan: :class:`fpnet_core.localizer.MapMatch` with a plot."""
 
     def __repr__(self) -> str:
-        """Say whether it was placed, how surely, and why."""
+        """Return status, probability and reason in one line."""
         return f'<Match {self.status.value} (p {self.probability:.2f}): {self.reason}>'
 
     def plot(self, figure: Figure | None = None) -> Figure:
-        """Draw both maps and the robot's walls on the plan, side by side."""
+        """Draw both maps, and the robot map's walls on the plan, side by side."""
         from fpnet.viz.match import draw_map_match
 
         figure = figure_of(figure, (18.0, 6.5))

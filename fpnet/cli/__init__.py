@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The ``fpnet`` command: one small module per subcommand, imported only when it is called.
+The ``fpnet`` command: one module per subcommand, imported only when it is called.
 
-To add a subcommand, write ``fpnet/cli/<name>.py`` and name it in ``COMMANDS``; one that no
-robot needs goes to ``fpnet_lab.cli``, which is found by its entry point in the group
-``fpnet.commands``, as another package's would be. The module
-exports either a function ``command`` or, for a group such as ``fpnet simulate recording``, a
+To add a subcommand, write ``fpnet/cli/<name>.py`` and list it in ``COMMANDS``. Subcommands that
+no robot needs go to ``fpnet_lab.cli``, which is found by its entry point in the group
+``fpnet.commands``; other packages can add subcommands the same way. The module
+exports either a function ``command`` or, for a group like ``fpnet simulate recording``, a
 ``typer.Typer`` called ``app``::
 
     from typing import Annotated
@@ -21,7 +21,7 @@ exports either a function ``command`` or, for a group such as ``fpnet simulate r
         json_path: common.JsonOption = None,
     ) -> None:
         \"\"\"
-        Say in one line what the user gets.
+        Describe in one line what the user gets.
 
         Example: fpnet NAME plan.png --json out.json
         \"\"\"
@@ -29,9 +29,9 @@ exports either a function ``command`` or, for a group such as ``fpnet simulate r
         from fpnet_core.segmentation import segment_floorplan   # heavy imports go in here
 
 ``--config``, ``--set``, ``--out``, ``--seed``, ``--device`` and ``--json`` mean the same
-everywhere: take their types from :mod:`fpnet.cli.common`, which also has progress bars and
-JSON output. A subcommand returns for success, raises an FpnetError for bad input (one line, exit
-status 1), or raises ``typer.Exit(code)`` when it ran but its answer is no.
+everywhere: take their types from :mod:`fpnet.cli.common`, which also has tables and
+JSON output. A subcommand returns on success, raises an FpnetError for bad input (one line, exit
+status 1), or raises ``typer.Exit(code)`` if it ran and its result is negative.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ from fpnet_core.freed_memory import keep_freed_memory
 from fpnet_core.printable import printable
 
 INTERRUPTED = 130
-"""Given: by shells, exit status after Ctrl-C."""
+"""Given: exit status after Ctrl-C, as shells define it."""
 
 _SOON_S = 0.05  # numerical
 
 VERBOSE = ('--verbose', '-v')
 ENTRY_POINTS = 'fpnet.commands'
-"""Group of entry points, each a mapping of names to :class:`Subcommand`."""
+"""Entry-point group; each entry maps names to :class:`Subcommand`."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Subcommand:
     """
     Module to import when the subcommand is called, and its line in ``fpnet --help``.
 
-    ``extra`` of the distribution holds the libraries that it needs beside the core's.
+    ``extra`` is the pip extra with the libraries that it needs in addition to the core's.
     """
 
     module: str
@@ -77,56 +77,54 @@ class Subcommand:
 
 COMMANDS = {
     'check-plan': Subcommand(
-        'fpnet.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
+        'fpnet.cli.check_plan', 'Check whether a floorplan is usable before a robot drives.'
     ),
     'diff': Subcommand(
-        'fpnet.cli.diff', 'Find where a drawing and what was seen of the building differ.'
+        'fpnet.cli.diff', 'Find where a drawing and a recording or robot map differ.'
     ),
-    'doctor': Subcommand(
-        'fpnet.cli.doctor', 'Find what is wrong with a recording or a running robot.'
-    ),
+    'doctor': Subcommand('fpnet.cli.doctor', 'Find faults of a recording or a running robot.'),
     'library': Subcommand(
-        'fpnet.cli.library', 'Find the floorplan among many that a robot may be in.'
+        'fpnet.cli.library', 'Find the floorplan of the right building among many.'
     ),
-    'localize': Subcommand('fpnet.cli.localize', 'Localise a recording on a floorplan, offline.'),
+    'localize': Subcommand('fpnet.cli.localize', 'Localize a recording on a floorplan, offline.'),
     'match': Subcommand(
         'fpnet.cli.match', 'Find the transform between a floorplan and a robot map.'
     ),
     'plan': Subcommand(
-        'fpnet.cli.plan', 'Read a drawing as a floorplan: PDF, DXF, scan or picture.'
+        'fpnet.cli.plan', 'Convert a drawing (PDF, DXF, scan, photo) to a floorplan.'
     ),
     'segment': Subcommand(
-        'fpnet.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+        'fpnet.cli.segment', 'Segment a plan, map or recording into rooms and doors.'
     ),
     'site': Subcommand(
-        'fpnet.cli.site', 'Check the storeys of a site: plans, links, and what looks alike.'
+        'fpnet.cli.site', 'Check the storeys of a site: plans, links, and look-alikes.'
     ),
     'view': Subcommand(
         'fpnet.cli.view',
-        'Show a run while it goes on, or a recorded one again, in a browser.',
+        'Show a run live, or replay a recorded one, in a browser.',
     ),
 }
-"""What the core brings."""
+"""Subcommands of this package."""
 
 
 def installed_commands() -> dict[str, Subcommand]:
-    """Return the core's subcommands and those that installed packages bring, by name."""
+    """Return the subcommands of this and other installed packages, sorted by name."""
     found = dict(COMMANDS)
     for entry in entry_points(group=ENTRY_POINTS):
-        with suppress(ModuleNotFoundError):  # a robot may be installed without its lab
+        with suppress(ModuleNotFoundError):  # the lab package is optional
             found.update(entry.load())
     return dict(sorted(found.items()))
 
 
 def build_app(subcommand: str | None) -> typer.Typer:
     """
-    Return the command line with ``subcommand`` loaded.
+    Return the Typer app with ``subcommand`` loaded.
 
     The others appear by name and summary only, so that ``fpnet --help`` imports none of them.
     """
     app = typer.Typer(
         name='fpnet',
-        help='Localise a robot on a floorplan with lidar.',
+        help='Localize a robot on a floorplan with lidar.',
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
@@ -149,16 +147,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     Run ``fpnet``; the console entry point.
 
-    Always raises SystemExit: 0 success, 1 bad input or a no, 2 wrong usage, 3 cannot say where,
-    130 Ctrl-C.
+    Always raises SystemExit: 0 success, 1 bad input or negative result, 2 wrong usage,
+    3 no answer, 130 Ctrl-C.
     """
-    # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
+    # NumPy reads this when imported. BLAS threads slow down small matrix products.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     arguments = _verbose_first(sys.argv[1:] if arguments is None else arguments)
     with _noted_interrupts() as interrupts:
         try:
             _run(arguments)
-        except BaseException as ended:  # what comes of it, too: an import that fails, an abort
+        except BaseException as ended:  # Ctrl-C may surface as ImportError or Abort
             if interrupts or _is_interrupt(ended):
                 raise SystemExit(INTERRUPTED) from None
             raise
@@ -183,9 +181,9 @@ def _run(arguments: Sequence[str]) -> None:
 @contextmanager
 def _noted_interrupts() -> Iterator[list[int]]:
     """
-    Fill the list with every Ctrl-C: a library's bare ``except`` may throw one away.
+    Yield a list that records every Ctrl-C: a library's bare ``except`` may discard one.
 
-    One that is lost where Python says so is repeated.
+    An interrupt that Python reports as unraisable is repeated.
     """
     interrupts: list[int] = []
 
@@ -197,7 +195,7 @@ def _noted_interrupts() -> Iterator[list[int]]:
     handler = signal.getsignal(signal.SIGINT)
     is_ours = handler is signal.default_int_handler
     if is_ours:
-        with suppress(ValueError):  # only the main thread may, and gets them
+        with suppress(ValueError):  # only the main thread may set handlers
             signal.signal(signal.SIGINT, note)
     try:
         yield interrupts
@@ -208,7 +206,7 @@ def _noted_interrupts() -> Iterator[list[int]]:
 
 
 def _is_interrupt(ended: BaseException) -> bool:
-    """Tell whether it is a Ctrl-C, or the abort with any status that typer makes of it."""
+    """Return whether it is a Ctrl-C, or the Abort that Typer raises for one."""
     why = ended.__context__
     is_abort = isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
     return is_abort or isinstance(ended, KeyboardInterrupt)
@@ -216,9 +214,9 @@ def _is_interrupt(ended: BaseException) -> bool:
 
 def _interrupt_again(lost: Any) -> None:
     """
-    Repeat a Ctrl-C that came while a compiled library called Python, which threw it away.
+    Repeat a Ctrl-C that was discarded while a compiled library called Python.
 
-    It comes a moment later, as one within this function would be lost as well.
+    It is delayed: an interrupt inside this function would be discarded as well.
     """
     if not issubclass(lost.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
@@ -230,28 +228,28 @@ def _interrupt_again(lost: Any) -> None:
 
 
 def _subcommand(words: Sequence[str]) -> str | None:
-    # The options before the subcommand are flags, so the first bare word is the subcommand.
+    # Options before the subcommand take no values, so the first bare word is the subcommand.
     return next((word for word in words if not word.startswith('-')), None)
 
 
 def _verbose_first(words: Sequence[str]) -> list[str]:
-    """Return the words with the flag that means the same everywhere before the subcommand."""
+    """Return the words with ``--verbose`` and ``-v`` moved before the subcommand."""
     end = words.index('--') if '--' in words else len(words)
     flags = [word for word in words[:end] if word in VERBOSE]
     return [*flags, *(word for word in words[:end] if word not in VERBOSE), *words[end:]]
 
 
 def _words_to_complete() -> list[str]:
-    """Return what has been typed so far, where a shell asks for completions; else nothing."""
+    """Return the words typed so far if a shell asks for completions, else an empty list."""
     if '_FPNET_COMPLETE' not in os.environ:
         return []
-    # The first is bash's, the second that of the other shells.
+    # bash sets COMP_WORDS, zsh and fish set the other variable.
     typed = os.environ.get('COMP_WORDS') or os.environ.get('_TYPER_COMPLETE_ARGS', '')
     return typed.split()[1:]
 
 
 def _fail_for_missing(subcommand: str | None, error: ModuleNotFoundError) -> None:
-    """Name what to install where a library is absent; a module of our own is a defect."""
+    """Name the pip extra of a missing library; re-raise for our own modules (a defect)."""
     entry = installed_commands().get(subcommand or '')
     if entry is None or (error.name or '').startswith('fpnet'):
         raise error
@@ -280,7 +278,7 @@ def _show_version(wanted: bool) -> None:
 
 def _options(
     verbose: bool = typer.Option(
-        False, *VERBOSE, help='Log details to stderr; may stand after the subcommand, too.'
+        False, *VERBOSE, help='Log details to stderr; also accepted after the subcommand.'
     ),
     version: bool = typer.Option(
         False, '--version', callback=_show_version, is_eager=True, help='Print the version.'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet check-plan``: will this floorplan serve, before a robot moves."""
+"""``fpnet check-plan``: check whether a floorplan is usable before a robot drives."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def command(
     plan: Annotated[Path, typer.Argument(metavar='PLAN', help=common.DRAWING_HELP)],
     said: common.DrawingOptions,
     tours: Annotated[
-        int, typer.Option('--tours', min=0, help='Simulated drives; each takes up to a minute.')
+        int, typer.Option('--tours', min=0, help='Simulated drives, up to a minute each.')
     ] = 2,
     plot: Annotated[
-        Path | None, typer.Option('--plot', metavar='PNG', help='Draw rooms and what looks alike.')
+        Path | None, typer.Option('--plot', metavar='PNG', help='Plot rooms and look-alikes.')
     ] = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
@@ -37,13 +37,12 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Tell whether a floorplan will serve before a robot moves.
+    Check whether a floorplan is usable before a robot drives.
 
-    Exits 1 where it was misread or its scale is unsure, with the cause and what to type next,
-    unless you accept it (--accept), here or when fpnet plan wrote it. Else it finds rooms that
-    look like others by matching the plan with itself, drives simulated robots through it until
-    they are localised, and says in sentences what to do. With --out the folder gets
-    report.html and check.json.
+    Exits with 1 if the drawing was misread or its scale is uncertain, with the cause and the next
+    command, unless you accept it (--accept, here or in fpnet plan). Otherwise it matches the plan
+    against itself to find rooms that look alike, drives simulated robots through it until they
+    are localized, and gives advice. --out writes report.html and check.json.
 
     Example: fpnet check-plan my_plan.png --tours 3 --out out/check
 
@@ -82,7 +81,7 @@ def _draw(plot: Path, check: PlanCheck) -> None:
 
 
 def _simulated_drive() -> DriveTour:
-    """Return what drives the simulated robots: the lab's, or a word on how to get it."""
+    """Return the drive simulator of the lab, or a function that names the package to install."""
     try:
         [entry] = entry_points(group='fpnet.plan_tours')
         drive: DriveTour = entry.load()
@@ -92,7 +91,7 @@ def _simulated_drive() -> DriveTour:
 
 
 def _no_drive(*_: object) -> NoReturn:
-    raise ConfigError("no lab is installed that simulates drives: pip install 'fpnet_ros[lab]'")
+    raise ConfigError("simulated drives need the lab package: pip install 'fpnet_ros[lab]'")
 
 
 def _lines(check: PlanCheck) -> Iterator[str]:
@@ -110,12 +109,14 @@ def _lines(check: PlanCheck) -> Iterator[str]:
         return
     yield (
         f'rooms that look like another place: {len(similarity.alone)} from inside, '
-        f'{len(similarity.with_neighbours)} even with the rooms behind their doors'
+        f'{len(similarity.with_neighbours)} also with the adjacent rooms'
     )
     for tour in check.tours:
         found = (
-            'not found' if tour.found_after_m is None else f'found after {tour.found_after_m} m'
+            'not localized'
+            if tour.found_after_m is None
+            else f'localized after {tour.found_after_m} m'
         )
-        error = '' if tour.error_m is None else f', {tour.error_m} m off'
+        error = '' if tour.error_m is None else f', error {tour.error_m} m'
         yield f'drive {tour.seed} of {tour.path_m} m: {found}{error}'
     yield from (f'- {line}' for line in check.advice)

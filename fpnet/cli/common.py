@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What all subcommands share: the common options, configuration, progress bars, JSON output.
+Options, configuration, tables and JSON output shared by all subcommands.
 
-Every command that takes a drawing is decorated with :func:`reads_drawing`: the options that say
-something about a drawing have their one home here, and so has what they are turned into.
+:func:`reads_drawing` adds the options about a drawing to a command. They are defined and parsed
+only here.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def complete_setting(incomplete: str) -> list[str]:
-    """Return what may be meant by the beginning of ``--set``."""
+    """Return the completions of a partial ``--set`` value."""
     from fpnet_core.config import config_keys
 
     return [f'{key}=' for key in config_keys() if key.startswith(incomplete)]
@@ -39,9 +39,9 @@ def complete_setting(incomplete: str) -> list[str]:
 
 def choice(name: str, words: Any, said: str) -> Any:
     """
-    Return an option that takes one of a Literal's words.
+    Return an option that accepts the values of a Literal.
 
-    Typer itself knows a Literal from 0.19 on only.
+    Typer supports Literal only from version 0.19 on.
     """
     known = get_args(words)
 
@@ -60,25 +60,26 @@ def choice(name: str, words: Any, said: str) -> Any:
 
 ConfigOption = Annotated[
     Path | None,
-    typer.Option('--config', metavar='FILE', help='Configuration YAML; default: built in.'),
+    typer.Option('--config', metavar='FILE', help='Configuration YAML; default: built-in.'),
 ]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
         '--set',
         metavar='KEY=VALUE',
-        help='Override a key, as submap.resolution_m=0.1; repeatable.',
+        help='Override a configuration key, e.g. submap.resolution_m=0.1; repeatable.',
         autocompletion=complete_setting,
     ),
 ]
 OutOption = Annotated[
-    Path | None, typer.Option('--out', metavar='DIR', help='Folder for everything written.')
+    Path | None, typer.Option('--out', metavar='DIR', help='Output folder, created if missing.')
 ]
 SeedOption = Annotated[
-    int | None, typer.Option('--seed', min=0, help='Seed of every random choice.')
+    int | None, typer.Option('--seed', min=0, help='Seed of all random numbers.')
 ]
 DeviceOption = Annotated[
-    str, typer.Option('--device', metavar='NAME', help='Network device: cpu, cuda or cuda:N.')
+    str,
+    typer.Option('--device', metavar='NAME', help='Device of the network: cpu, cuda or cuda:N.'),
 ]
 JsonOption = Annotated[
     Path | None,
@@ -86,19 +87,19 @@ JsonOption = Annotated[
 ]
 
 REPORT_NAME = 'report.html'
-"""In the folder of what is written."""
+"""File name of the report in the output folder."""
 
 DEFAULT_PORT = 8123
-"""Chosen: of the page that shows a run while it goes on."""
+"""Chosen: port of the live page."""
 
 PortOption = Annotated[
     int,
     typer.Option(
-        '--port', min=0, max=65535, help='Of 127.0.0.1, where the page is; 0 takes a free one.'
+        '--port', min=0, max=65535, help='Port of the live page on 127.0.0.1; 0: any free port.'
     ),
 ]
 
-DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
+DRAWING_HELP = 'Floorplan drawing (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
 
 FloorplanOption = Annotated[
     Path | None, typer.Option('--floorplan', metavar='F', help=DRAWING_HELP)
@@ -108,15 +109,15 @@ SiteOption = Annotated[
     typer.Option(
         '--site',
         metavar='SITE',
-        help='Several storeys instead of one floorplan: site.yaml, a folder of maps, or an '
-        'Open-RMF *.building.yaml.',
+        help='Site with several storeys instead of one floorplan: site.yaml, a folder of maps, '
+        'or an Open-RMF *.building.yaml.',
     ),
 ]
 
 
 @dataclass(frozen=True)
 class DrawingOptions:
-    """What was said of a drawing on the command line, its fields' names those of the options."""
+    """Command-line options about a drawing; each field has the name of its option."""
 
     resolution: Annotated[
         float | None,
@@ -127,14 +128,14 @@ class DrawingOptions:
         typer.Option(
             '--length',
             metavar='X1,Y1,X2,Y2=M',
-            help='Two places on the drawing in pixels and the metres between them, which gives '
-            'its scale: 120,80,520,80=6.0.',
+            help='Scale from two points on the drawing in pixels and their distance in metres: '
+            '120,80,520,80=6.0.',
         ),
     ] = None
     crop: Annotated[
         str | None,
         typer.Option(
-            '--crop', metavar='L,T,R,B', help='Read this part of the drawing only, in pixels.'
+            '--crop', metavar='L,T,R,B', help='Read only this part of the drawing, in pixels.'
         ),
     ] = None
     storey: Annotated[
@@ -142,29 +143,31 @@ class DrawingOptions:
         typer.Option(
             '--storey',
             min=1,
-            help='Which of several storeys on one sheet or in one cloud, from 1.',
+            help='Storey to use if a sheet or point cloud has several, from 1.',
         ),
     ] = None
     page: Annotated[
-        int | None, typer.Option('--page', min=1, help='Page of a PDF, TIFF; storey of an IFC.')
+        int | None, typer.Option('--page', min=1, help='Page of a PDF or TIFF; storey of an IFC.')
     ] = None
     layer: Annotated[
         list[str] | None,
-        typer.Option('--layer', metavar='NAME', help='Layer of a DXF with walls; repeatable.'),
+        typer.Option(
+            '--layer', metavar='NAME', help='DXF, SVG or PDF layer with walls; repeatable.'
+        ),
     ] = None
     mirrored: Annotated[
-        bool, typer.Option('--mirrored', help='The drawing is a mirror image: flip it.')
+        bool, typer.Option('--mirrored', help='Flip the drawing: it is a mirror image.')
     ] = False
 
     def read(self, path: Path, tree: FpnetConfig) -> Reading:
-        """Return the drawing read as a plan, flipped where that was asked for."""
+        """Parse the drawing; flip it if ``--mirrored`` was given."""
         from fpnet_core.drawings.read import read_plan
 
         reading = read_plan(check_input(path), self.as_read_options(), tree)
         return reading.flipped() if self.mirrored else reading
 
     def as_read_options(self) -> ReadOptions:
-        """Return them as the reader takes them; ConfigError where one is malformed."""
+        """Return the options for the parser; raise ConfigError if one is malformed."""
         from fpnet_core.drawings.types import ReadOptions
 
         return ReadOptions(
@@ -177,7 +180,7 @@ class DrawingOptions:
         )
 
     def invocation(self, command: Sequence[str], path: Path) -> Invocation:
-        """Return what was typed; ``command`` are the words before the drawing."""
+        """Return the command line; ``command`` are the words before the drawing."""
         from fpnet_core.scoring.invocation import Invocation
 
         return Invocation(tuple(command), str(path), tuple(self.pairs()))
@@ -185,13 +188,13 @@ class DrawingOptions:
     def typed(
         self, command: Sequence[str], floorplan: Path | None, site: Path | None
     ) -> Invocation:
-        """Return the command line of a floorplan or a site, without the drawing's options."""
+        """Return the command line with a floorplan or a site; ``command`` lacks its options."""
         if floorplan is not None:
             return self.invocation(('fpnet', *command, '--floorplan'), floorplan)
         return self.invocation(('fpnet', *command, '--site'), site or Path())
 
     def pairs(self) -> Iterator[tuple[str, str]]:
-        """Yield the options that were given, with their values."""
+        """Yield the given options with their values."""
         for field in fields(self):
             value, option = getattr(self, field.name), f'--{field.name}'
             if value is True:
@@ -200,7 +203,7 @@ class DrawingOptions:
                 yield from ((option, str(each)) for each in _listed(value))
 
     def refuse(self, why: str, *but: str) -> None:
-        """Raise ConfigError with ``why`` for the first option that was given ``but`` for some."""
+        """Raise ConfigError with ``why`` for the first given option that is not in ``but``."""
         for option, _ in self.pairs():
             if option not in but:
                 raise ConfigError(f'{option} {why}')
@@ -212,9 +215,9 @@ def _listed(value: Any) -> Sequence[Any]:
 
 def reads_drawing(command: Callable[..., None]) -> Callable[..., None]:
     """
-    Give a command the options of a drawing; it takes them together, as ``said``.
+    Add the options of a drawing to a command, which receives them as one object, ``said``.
 
-    They come before its last parameters, which are the ones that all commands share.
+    They follow the command's required parameters.
     """
     own = inspect.signature(command, eval_str=True)
     hints = inspect.get_annotations(DrawingOptions, eval_str=True)
@@ -245,27 +248,27 @@ def reads_drawing(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def parse_length(text: str) -> tuple[float, float, float, float, float]:
-    """Turn ``120,80,520,80=6.0`` into its five numbers; ConfigError where it is none."""
+    """Parse ``120,80,520,80=6.0`` into five numbers; raise ConfigError if malformed."""
     places, _, metres = text.partition('=')
     numbers = _numbers(places, 4)
     length = _numbers(metres.removesuffix('m'), 1)
     if numbers is None or length is None:
-        raise ConfigError(f'--length {text}: expected X1,Y1,X2,Y2=METRES, as 120,80,520,80=6.0')
+        raise ConfigError(f'--length {text}: expected X1,Y1,X2,Y2=METRES, e.g. 120,80,520,80=6.0')
     x1, y1, x2, y2 = numbers
     return x1, y1, x2, y2, length[0]
 
 
 def parse_crop(text: str) -> tuple[int, int, int, int]:
-    """Turn ``40,60,900,700`` into its four numbers; ConfigError where it is none."""
+    """Parse ``40,60,900,700`` into four numbers; raise ConfigError if malformed."""
     numbers = _numbers(text, 4)
     if numbers is None:
-        raise ConfigError(f'--crop {text}: expected LEFT,TOP,RIGHT,BOTTOM, as 40,60,900,700')
+        raise ConfigError(f'--crop {text}: expected LEFT,TOP,RIGHT,BOTTOM, e.g. 40,60,900,700')
     left, top, right, bottom = map(round, numbers)
     return left, top, right, bottom
 
 
 def _numbers(text: str, count: int) -> list[float] | None:
-    """Return so many finite numbers between commas; None where they are not that."""
+    """Return ``count`` finite numbers separated by commas; None if ``text`` is malformed."""
     try:
         numbers = [float(word) for word in text.split(',')]
     except ValueError:
@@ -276,7 +279,7 @@ def _numbers(text: str, count: int) -> list[float] | None:
 def load(
     config: Path | None, settings: Sequence[str] | None = None, seed: int | None = None
 ) -> FpnetConfig:
-    """Return the configuration from ``--config``, ``--set`` and ``--seed``, the last one wins."""
+    """Return the configuration from ``--config``, ``--set`` and ``--seed``; later ones win."""
     from fpnet_core.config import load_config
 
     overrides = parse_settings(settings or ())
@@ -286,14 +289,14 @@ def load(
 
 
 def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """Turn ``['submap.resolution_m=0.1']`` into ``{'submap.resolution_m': 0.1}``."""
+    """Parse ``['submap.resolution_m=0.1']`` into ``{'submap.resolution_m': 0.1}``."""
     from fpnet_core.plain_yaml import parse_yaml
 
     overrides: dict[str, Any] = {}
     for setting in settings:
         key, equals, text = setting.partition('=')
         if not (equals and all(key.split('.'))):
-            raise ConfigError(f'--set {setting}: expected KEY=VALUE, as submap.resolution_m=0.1')
+            raise ConfigError(f'--set {setting}: expected KEY=VALUE, e.g. submap.resolution_m=0.1')
         try:
             overrides[key] = parse_yaml(text)
         except ValueError:
@@ -302,7 +305,7 @@ def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
 
 
 def write_json(path: Path | None, result: Mapping[str, Any]) -> None:
-    """Write ``result`` to ``path`` in a folder that is made, ``-`` is stdout; None is nowhere."""
+    """Write ``result`` to ``path``, creating its folder; ``-`` is stdout, None writes nothing."""
     if path is None:
         return
     text = json.dumps(result, indent=2, allow_nan=False)
@@ -320,7 +323,7 @@ def show_table(
     title: str | None = None,
     width: int | None = None,
 ) -> None:
-    """Print rows of texts below their titles, unless ``--json -`` has stdout."""
+    """Print a table of strings, unless ``--json -`` uses stdout."""
     from rich.console import Console
     from rich.table import Column, Table
 
@@ -331,16 +334,16 @@ def show_table(
     table = Table(Column(first, no_wrap=True), *numbers, title=title)
     for row in rows:
         table.add_row(*map(printable, row))
-    Console(width=width, markup=False).print(table)  # a unit as [m] is no markup
+    Console(width=width, markup=False).print(table)  # [m] is a unit, not markup
 
 
 def say(text: str, json_path: Path | None) -> None:
-    """Print a line for people: on stdout, or on stderr where ``--json -`` has stdout."""
+    """Print a message to stdout, or to stderr if ``--json -`` uses stdout."""
     typer.echo(printable(text), err=str(json_path) == '-')
 
 
 def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[str]:
-    """Return ``--config`` and ``--set`` as they were typed."""
+    """Return ``--config`` and ``--set`` as given on the command line."""
     given = [] if config is None else ['--config', str(config)]
     for setting in settings or ():
         given += ['--set', setting]
@@ -348,7 +351,7 @@ def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[
 
 
 def say_reading(reading: Reading, json_path: Path | None) -> None:
-    """Print what a user should know of how a drawing was read; nothing for a stated map."""
+    """Print the estimated scale, notes and warnings of a parsed drawing, if there are any."""
     from fpnet_core.drawings.wording import said_of_scale
 
     if not reading.scale.is_known:
@@ -359,19 +362,19 @@ def say_reading(reading: Reading, json_path: Path | None) -> None:
         say(f'{reading.drawing.name}: accepted: {reading.accepted}', json_path)
         return
     for doubt in reading.doubts:
-        say(f'doubt about how {reading.drawing.name} was read: {doubt}', json_path)
+        say(f'warning: parse of {reading.drawing.name}: {doubt}', json_path)
 
 
 def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:
-    """Print why there is no answer and what to type next, the likeliest cause first."""
+    """Print the likely causes of a failure and the next commands, most likely first."""
     if causes:
-        say('likely causes, and what to do:', json_path)
+        say('likely causes and next steps:', json_path)
     for number, cause in enumerate(causes, start=1):
         say(f'{number}. {cause.said}\n   next: {cause.next}', json_path)
 
 
 def check_input(path: Path) -> Path:
-    """Return ``path`` if it exists, else raise FpnetError."""
+    """Return ``path``; raise FpnetError if it does not exist."""
     if not path.exists():
         raise FpnetError(f'{path} does not exist; give an existing file or folder')
     return path

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet diff``: what a robot saw and the drawing does not show, and the other way round."""
+"""``fpnet diff``: find differences between a drawing and a recording or robot map."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def command(
     seen: Annotated[
         Path,
-        typer.Argument(metavar='SEEN', help='Recording, robot map image or YAML, or a cloud.'),
+        typer.Argument(metavar='SEEN', help='Recording, map image or YAML, or point cloud.'),
     ],
     said: common.DrawingOptions,
     plan: common.FloorplanOption = None,
@@ -33,12 +33,12 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Find where a drawing is out of date: walls seen and not drawn, drawn and not there.
+    Find where a drawing is out of date: walls that it lacks, and drawn walls that are gone.
 
-    What was seen is placed on the drawing first, or on one of a site's. Exits 3 where it cannot be
-    placed: then nothing may be said of the drawing. Furniture is told from walls, and drawn doors
-    that were shut are no walls. Every piece has a confidence. With --out the folder gets
-    differences.geojson, in metres of the drawing's frame, and differences.png.
+    The recording or robot map is first placed on the drawing, or on a storey of the site. Exits
+    with 3 if that fails: the drawing cannot be checked then. Furniture and closed doors are not
+    reported as walls. Each difference has a confidence. --out writes differences.geojson, in
+    metres of the drawing's frame, and differences.png.
 
     Example: fpnet diff drive/ --floorplan plan.yaml --out out/diff
 
@@ -67,7 +67,7 @@ def command(
 def _say(found: Differences, json_path: Path | None) -> None:
     likely = found.likely
     if not likely:
-        common.say('nothing that was seen differs from the drawing', json_path)
+        common.say('no differences from the drawing', json_path)
     for each in likely:
         x, y = each.ends.mean(axis=0)
         common.say(

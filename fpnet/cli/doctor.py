@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet doctor``: what is wrong with a recording or a running robot, and what to do."""
+"""``fpnet doctor``: find faults of a recording or a running robot, and their fixes."""
 
 from __future__ import annotations
 
@@ -18,30 +18,31 @@ if TYPE_CHECKING:
     from fpnet_core.doctor import Finding, Observed
 
 LISTENERS = 'fpnet.listeners'
-"""Group of entry points: functions ``(seconds, scans, odometry) -> Observed`` of live topics."""
+"""Entry-point group of functions ``(seconds, scans, odometry) -> Observed`` on live topics."""
 
 
 def command(
     bag: Annotated[
         Path | None,
-        typer.Argument(metavar='[BAG]', help='Recording; left out: what runs now.'),
+        typer.Argument(metavar='[BAG]', help='Recording; default: the running robot.'),
     ] = None,
     topic: Annotated[
-        str, typer.Option('--topic', metavar='TOPIC', help='Scans; default: the likeliest.')
+        str, typer.Option('--topic', metavar='TOPIC', help='Scan topic; default: most likely one.')
     ] = '',
     odometry: Annotated[
-        str, typer.Option('--odometry', metavar='TOPIC', help='Odometry; default: the likeliest.')
+        str,
+        typer.Option('--odometry', metavar='TOPIC', help='Odometry topic; default: most likely.'),
     ] = '',
     seconds: Annotated[
-        float, typer.Option('--seconds', min=1.0, max=60.0, help='For how long to listen.')
+        float, typer.Option('--seconds', min=1.0, max=60.0, help='Seconds to examine.')
     ] = 10.0,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Find what is wrong with a recording or a running robot, and say what to do.
+    Find faults of a recording or a running robot, and say how to fix them.
 
-    Looks at the first seconds: topics, QoS, frames, clocks, times of points, how the scanner is
-    mounted, and whether odometry agrees with the scans. Exits 1 where something is wrong.
+    Checks the first seconds: topics, QoS, frames, clocks, point times, sensor mounting, and
+    whether odometry agrees with the scans. Exits with 1 if it finds a fault.
 
     Example: fpnet doctor drive.bag --json -
 
@@ -66,7 +67,7 @@ def _observed(bag: Path | None, seconds: float, topic: str, odometry: str) -> Ob
         return observe_bag(common.check_input(bag), seconds, topic, odometry)
     listeners = list(entry_points(group=LISTENERS))
     if not listeners:
-        raise ConfigError('no ROS is installed to listen with; name a recording')
+        raise ConfigError('live topics need ROS, which is not installed; give a recording')
     with progress('listening'):
         observed: Observed = listeners[0].load()(seconds, topic, odometry)
     return observed

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet library``: many floorplans at once, and which of them a robot may be in."""
+"""``fpnet library``: find the floorplan of the right building among many."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from fpnet.library import LibraryPlan, Proposal
     from fpnet_core.config import FpnetConfig
 
-app = typer.Typer(help='Find the floorplan among many.', no_args_is_help=True)
+app = typer.Typer(help='Find the right floorplan among many.', no_args_is_help=True)
 
 
 @app.callback()
 def _group() -> None:
     """
-    Find the floorplan among many.
+    Find the right floorplan among many.
 
     Example: fpnet library build plans/ --out plans.lib
     """
@@ -36,18 +36,18 @@ def build(
     plans: Annotated[
         list[Path], typer.Argument(metavar='PLANS', help='Floorplans, or folders of them.')
     ],
-    out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Where the library goes.')],
+    out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Folder of the library.')],
     share: Annotated[
-        str, typer.Option('--share', metavar='K/N', help='Only the K-th of N shares of them.')
+        str, typer.Option('--share', metavar='K/N', help='Process only the K-th of N shares.')
     ] = '1/1',
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
 ) -> None:
     """
-    Cut floorplans into rooms and keep what tells them apart.
+    Build a library: segment floorplans and index their doors, corners and walls.
 
-    Plans that cannot be read are named and left out. Several machines may each build a share into
-    one folder. The drawings stay where they are; the library keeps their paths.
+    Plans that cannot be read are reported and skipped. Several machines may each build a share
+    into one folder. The library stores the paths of the drawings, not the drawings.
 
     Example: fpnet library build plans/ --out plans.lib
 
@@ -65,7 +65,7 @@ def build(
             try:
                 read.append(read_library_plan(path, tree))
             except FpnetError as error:
-                typer.echo(printable(f'left out: {error}'), err=True)
+                typer.echo(printable(f'skipped: {error}'), err=True)
             advance(1.0)
     library = PlanLibrary.of(read)
     library.save(out, first)
@@ -75,16 +75,16 @@ def build(
 
 @app.command('find')
 def find(
-    library: Annotated[Path, typer.Argument(metavar='LIBRARY', help='What build wrote.')],
+    library: Annotated[Path, typer.Argument(metavar='LIBRARY', help='Folder written by build.')],
     submap: Annotated[
         Path,
         typer.Option(
-            '--submap', metavar='FILE', help='Recording, robot map image or YAML, or a cloud.'
+            '--submap', metavar='FILE', help='Recording, map image or YAML, or point cloud.'
         ),
     ],
-    count: Annotated[int, typer.Option('--count', min=1, help='How many at most.')] = 10,
+    count: Annotated[int, typer.Option('--count', min=1, help='Most proposals.')] = 10,
     is_searched: Annotated[
-        bool, typer.Option('--search', help='Search them, and say which it is, and where.')
+        bool, typer.Option('--search', help='Also match on the proposed plans.')
     ] = False,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -92,10 +92,10 @@ def find(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Propose the floorplans that are worth searching for what a robot has seen.
+    Propose the floorplans that may contain a robot map or recording.
 
-    With --search they compete as storeys of a site do, and with the case that it is none of
-    them; exits 3 where that leaves it open.
+    With --search the map is matched on the proposed plans, which compete like the storeys of a
+    site and with the hypothesis that none is right. Exits with 3 without an answer.
 
     Example: fpnet library find plans.lib --submap robot_map.yaml
 
@@ -131,7 +131,7 @@ def find(
 
 
 def _searched(proposals: tuple[Proposal, ...], seen: RobotMap, tree: FpnetConfig) -> Match | None:
-    """Return the match on the most probable of the proposed plans; None where there is none."""
+    """Return the match on the most probable proposed plan; None without a proposal."""
     if not proposals:
         return None
     from fpnet.api import match_site

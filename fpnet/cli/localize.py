@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet localize``: a recording on a floorplan, offline, through the very same core."""
+"""``fpnet localize``: localize a recording on a floorplan, offline, with the nodes' core."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _TruthOption = Annotated[
     typer.Option(
         '--truth',
         metavar='TUM',
-        help='True poses to compare with: on the floorplan, or truth.tum of a simulation.',
+        help='True poses on the floorplan, or truth.tum of a simulation, to compute errors.',
     ),
 ]
 _PosesOption = Annotated[
@@ -47,7 +47,7 @@ _PosesOption = Annotated[
     typer.Option(
         '--poses',
         metavar='FILE',
-        help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
+        help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes them.',
     ),
 ]
 _OdometryOption = Annotated[
@@ -55,8 +55,8 @@ _OdometryOption = Annotated[
     common.choice(
         '--odometry',
         OdometryChoice,
-        "Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
-        "checked by the bag's own). Default: the bag's own if it has one.",
+        "Odometry of a bag: kiss (KISS-ICP), robot (the bag's), or both (KISS-ICP, initialized "
+        "and checked by the bag's). Default: the bag's if it has one, else KISS-ICP.",
     ),
 ]
 _TopicsOption = Annotated[
@@ -64,19 +64,19 @@ _TopicsOption = Annotated[
     typer.Option(
         '--topic',
         metavar='NAME',
-        help='Topic of a bag: a PointCloud2, a LaserScan, or an Odometry; repeatable.',
+        help='PointCloud2, LaserScan or Odometry topic of a bag; repeatable.',
     ),
 ]
 _TumOption = Annotated[
     Path | None,
-    typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
+    typer.Option('--tum', metavar='OUT', help='Write all published poses, floorplan frame.'),
 ]
 _FilmOption = Annotated[
     Path | None,
-    typer.Option('--film', metavar='GIF', help='Write the run as a moving picture.'),
+    typer.Option('--film', metavar='GIF', help='Write the run as an animated GIF.'),
 ]
 _ViewOption = Annotated[
-    bool, typer.Option('--view', help='Show the run while it goes on, on a page of this machine.')
+    bool, typer.Option('--view', help='Show the run live in a browser on this machine.')
 ]
 
 
@@ -101,19 +101,17 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Localise a recording on a floorplan, offline.
+    Localize a recording on a floorplan, offline.
 
-    The scale of a drawing that states none is estimated, and searched around that estimate.
+    A scale that the drawing does not state is estimated, and its whole interval is searched.
 
-    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged as /tf_static
-    says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
-    odometry, or help and check KISS-ICP with --odometry both.
+    From a bag, the PointCloud2 topic is read or, without one, all LaserScan topics, merged by
+    /tf_static. Raw scans are registered by KISS-ICP. Poses of the recording or --poses are used
+    as odometry; with --odometry both they initialize and check KISS-ICP.
 
-    Exits 0 if the robot is localized in the end and 3 if it is not; it then prints likely causes
-    with the next command. Errors exit 1.
-
-    With --out the folder gets report.html, run.json, poses.tum (those on the storey at the end),
-    covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, and differences.geojson.
+    Exits with 0 if localized at the end, with 3 if not (after printing likely causes and next
+    commands), and with 1 on errors. --out writes report.html, run.json, poses.tum (on the final
+    storey), covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, differences.geojson.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -147,14 +145,14 @@ def command(
 def _of_bag(
     invocation: Invocation, source: ScanSource, poses: Path | None, odometry: OdometryChoice | None
 ) -> Invocation:
-    """Return what was asked, with whether odometry is the bag's own, and nobody chose it."""
+    """Return the invocation, marked if the bag's own odometry was used by default."""
     is_own = source.kind == 'bag' and source.has_poses
     return replace(invocation, of_bag=is_own and poses is None and odometry is None)
 
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """True poses, None where nobody knows them, and the map from their frame to the plan's."""
+    """Ground-truth poses, None if unknown, and the transform from their frame to the plan's."""
 
     reference: PlanarTrajectory | None
     A_plan_truth: Affine2D
@@ -167,7 +165,7 @@ def _known(truth: Path | None, plans: Reading | Site) -> _Known:
 
     if truth is None:
         return _Known(None, Affine2D.identity())
-    if isinstance(plans, Reading):  # of several storeys nobody says yet which one it is of
+    if isinstance(plans, Reading):  # for a site, the storey is not known yet
         check_truth(truth, plans.grid.resolution)
     return _Known(*read_truth(truth))
 
@@ -175,7 +173,7 @@ def _known(truth: Path | None, plans: Reading | Site) -> _Known:
 def _typed_source(
     poses: Path | None, odometry: OdometryChoice | None, topics: Sequence[str] | None
 ) -> list[str]:
-    """Return what was typed to say which scans and poses of the recording are meant."""
+    """Return the command-line options that select scans and odometry."""
     given = ['--poses', str(poses)] if poses else []
     given += ['--odometry', odometry] if odometry else []
     return given + [word for topic in topics or () for word in ('--topic', topic)]
@@ -183,7 +181,7 @@ def _typed_source(
 
 @dataclass(frozen=True, eq=False)
 class _Ended:
-    """A run that was read to its end, and why it has no answer."""
+    """A finished run with ground truth and the likely causes of a failure."""
 
     run: Run
     known: _Known
@@ -210,7 +208,7 @@ class _Ended:
         }
 
     def record(self, title: str) -> RunRecord:
-        """Return the run as reports and films are made of it."""
+        """Return the run as input of reports and animations."""
         from fpnet.report import RunRecord
         from fpnet.report.record import on_one_storey
 
@@ -223,7 +221,7 @@ class _Ended:
         )  # fmt: skip
 
     def _storeys(self) -> dict[str, Any]:
-        """Return what is said of storeys where there are several."""
+        """Return the results about storeys; empty for a single floorplan."""
         last = self.run.last
         if len(last.storeys) < 2:
             return {}
@@ -245,7 +243,7 @@ def _ended(
     title: str,
     port: int | None,
 ) -> Run:
-    """Return the run at its end; ``port`` is that of a page that shows it."""
+    """Run to the end; ``port`` is that of the live page, None for none."""
     from fpnet.api.run import Run
 
     with progress('localizing', total=len(source)) as advance:
@@ -271,7 +269,7 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     common.say_causes(ended.causes, json_path)
     if ended.run.next_look is not None:
         common.say(
-            f'where to look next, as the sensor faces: {ended.run.next_look.words}', json_path
+            f'where to look next, relative to the sensor: {ended.run.next_look.words}', json_path
         )
 
 
@@ -285,7 +283,7 @@ def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> Non
 
 
 def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | None) -> None:
-    if film is None and out is None:  # what draws need not be installed
+    if film is None and out is None:  # plotting libraries are optional
         return
     from fpnet.report import write_run_exports, write_run_report
     from fpnet.report.film import write_film
@@ -299,5 +297,5 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
         if run.differences is not None:
             write_differences(out, run.differences)
         write_run_report(out / common.REPORT_NAME, record)
-    if film is not None:  # the last: it refuses a run that has compared nothing
+    if film is not None:  # last: it raises if no update has a submap
         write_film(film, record)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet match``: the transform between two maps, and their scales where none states one."""
+"""``fpnet match``: estimate the transform between two maps, and scales that are not stated."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 def command(
     submap: Annotated[
         Path,
-        typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
+        typer.Option('--submap', metavar='FILE', help='Robot map: image, YAML or point cloud.'),
     ],
     said: common.DrawingOptions,
     plan: common.FloorplanOption = None,
     site: common.SiteOption = None,
     submap_storey: Annotated[
         int | None,
-        typer.Option('--submap-storey', min=1, help='Which storey of a cloud, from the lowest.'),
+        typer.Option('--submap-storey', min=1, help='Storey of a point cloud, 1 is the lowest.'),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the maps and the match.')
+        Path | None, typer.Option('--plot', metavar='PNG', help='Plot both maps and the match.')
     ] = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -50,15 +50,15 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Find the transform between a floorplan, or one of a site's, and a robot map.
+    Find the transform between a floorplan, or a storey of a site, and a robot map.
 
-    A map_server YAML and a cloud state their scale; it is trusted within pose.scale_tolerance,
-    see localizer.scale_policy. That of a drawing or of a bare image is unknown, and estimated.
+    A map_server YAML or point cloud states its scale, which is trusted within
+    pose.scale_tolerance (see localizer.scale_policy). Other scales are estimated.
 
-    The affine (the homography, where a perspective was undone) maps submap pixels (x right, y
-    down, integer at the pixel's centre) to the drawing's own pixels; a cloud's pixels are those
-    of its raster, row 0 at the top. The scale in the JSON is in plan metres per metre of the
-    submap, where a robot map without a scale counts 0.05 m per pixel. Without a claim it exits 3.
+    The affine (the homography, if a perspective was rectified) maps submap pixels (x right, y
+    down, integers at pixel centres) to pixels of the drawing; a cloud's pixels are those of its
+    raster, row 0 at the top. The scale in the JSON is in plan metres per submap metre; a robot
+    map without a scale has 0.05 m per pixel. Exits with 3 if no match is accepted.
 
     Example: fpnet match --floorplan plan.png --submap robot_map.png --json match.json
 
@@ -99,7 +99,7 @@ def _draw(result: MapMatch, path: Path) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """A match on each storey, the most probable first, and the drawing of that one."""
+    """Matches per storey, most probable first, and the drawing of the first one."""
 
     matches: dict[str, Match]
     plan: Reading
@@ -109,7 +109,7 @@ class _Found:
         return next(iter(self.matches.values()))
 
     def storeys(self) -> dict[str, Any]:
-        """Return what is said of storeys where there are several."""
+        """Return the results about storeys; empty for a single floorplan."""
         if len(self.matches) < 2:
             return {}
         probability = {name: round(each.probability, 4) for name, each in self.matches.items()}
@@ -134,7 +134,7 @@ def _causes(
     invocation: Invocation,
     storey: int | None,
 ) -> tuple[Cause, ...]:
-    """Return why nothing is claimed; none where something is."""
+    """Return the likely causes of a failed match; none if it was accepted."""
     from fpnet_core.localizer import MapMatchStatus
     from fpnet_core.localizer.diagnosis import explain_match
 
@@ -165,7 +165,7 @@ def _report(
 
 
 def _in_pixels(A_plan_sub: Affine2D, plan: Reading, sub: GridMap) -> NDArray[np.float64]:
-    """Return the homography (3, 3) from pixels of the robot's map to those of the drawing."""
+    """Return the homography (3, 3) from pixels of the robot map to those of the drawing."""
     from fpnet_core.raster.pixels import pixel_to_xy
 
     H = np.linalg.inv(plan.H_plan_image) @ A_plan_sub.matrix @ pixel_to_xy(sub).matrix

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The places that a command is told to write to, looked at before its work begins."""
+"""Checks of a command's output paths before it starts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.kernel_cache import is_writable
 
 WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
-"""The options that name an output, of all commands."""
+"""Options of all commands that name an output."""
 
 _PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')
 _FILMS = ('.gif',)
@@ -21,10 +21,10 @@ _FILMS = ('.gif',)
 
 def look_first(command: Any) -> None:
     """
-    Have a click command, and all below it, look at its outputs as soon as they are parsed.
+    Make a click command and its subcommands check output paths when they are parsed.
 
-    An option is one by its name, and a folder's by its metavar ``DIR``; so commands of other
-    packages are looked after as well. An output that cannot be written raises FpnetError.
+    Outputs are identified by option name, folders by the metavar ``DIR``, so that commands of
+    other packages are covered. An output that cannot be written raises FpnetError.
     """
     for each in _commands(command):
         for option in each.params:
@@ -65,36 +65,36 @@ def _look(name: str, is_folder: bool) -> Callable[[Path], None]:
 
 def check_folder(path: Path, name: str) -> None:
     """
-    Refuse a folder that no files can be written into; it need not exist yet.
+    Check that files can be written into a folder, which need not exist yet.
 
     Raises
     ------
     FpnetError
-        If it is a file, lies in one, or must not be written.
+        If it is a file, lies below one, or is not writable.
     """
     _check_within(path, f'{name} {path}')
 
 
 def check_file(path: Path, name: str) -> None:
     """
-    Refuse a file that cannot be written; its folder need not exist yet.
+    Check that a file can be written; its folder need not exist yet.
 
     Raises
     ------
     FpnetError
-        If it is a folder, its folder is none, or it must not be written.
+        If it is a folder, lies below a file, or is not writable.
     """
     if path.is_dir():
         raise FpnetError(f'{name} {path} is a folder; name a file in it')
     _check_within(path.parent, f'{name} {path}')
     if path.exists() and not os.access(path, os.W_OK):
-        raise FpnetError(f'{name} {path} must not be written; choose another file')
+        raise FpnetError(f'{name} {path} is not writable; choose another file')
 
 
 def _check_within(folder: Path, invocation: str) -> None:
-    """Look at what there is of a folder: itself, or the nearest one above."""
+    """Check a folder or, if it does not exist, its nearest existing parent."""
     nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not nearest.is_dir():
         raise FpnetError(f'{invocation}: {nearest} is a file; choose another folder')
     if not is_writable(nearest):
-        raise FpnetError(f'{invocation}: {nearest} must not be written; choose another folder')
+        raise FpnetError(f'{invocation}: {nearest} is not writable; choose another folder')

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet plan``: a drawing of any kind as a map_server map, and how it was read."""
+"""``fpnet plan``: convert a drawing to a map_server map, and show how it was parsed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _OutOption = Annotated[
     Path,
     typer.Option(
-        '--out', metavar='FILE', help='The map to write; its image and record lie beside it.'
+        '--out', metavar='FILE', help='Map YAML to write; its image and JSON go beside it.'
     ),
 ]
 _ExportOption = Annotated[
@@ -26,7 +26,7 @@ _ExportOption = Annotated[
     typer.Option(
         '--export',
         metavar='FILE',
-        help='Rooms and doors as .geojson, .zip (IMDF), .building.yaml, .dxf or .svg.',
+        help='Also write rooms and doors: .geojson, .zip (IMDF), .building.yaml, .dxf or .svg.',
     ),
 ]
 
@@ -43,17 +43,17 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Read a drawing as a floorplan and write it as a map of map_server.
+    Convert a drawing to a floorplan, written as a map_server map.
 
-    Beside plan.yaml and plan.png lie plan.json (from pixels of the drawing to metres, scale with
-    its interval and where it is from, how it was read, what was left out, storeys, doubts) and
-    plan_reading.png, the reading over the drawing with the numbers of rooms and doors. Every
-    command reads plan.yaml as it reads the drawing, with the same scale and as surely.
+    plan.json and plan_reading.png go beside plan.yaml and plan.png: the transform from pixels to
+    metres, the scale with its interval and source, the parse with warnings, and a plot of the
+    result over the drawing with the numbers of rooms and doors. Every command reads plan.yaml
+    with the same scale and interval as the drawing.
 
-    Look at the picture. Where it is wrong: --crop or --storey for another part of the sheet,
-    --length or --resolution for its scale. Exits 1 where fpnet check-plan would: where the
-    reading or its scale is doubtful, or the file is no floorplan, of which nothing is written.
-    --accept takes it all the same, and records why.
+    Check the plot. If it is wrong, use --crop or --storey for another part of the sheet, --length
+    or --resolution for the scale. Exits with 1, like fpnet check-plan, if the parse or scale is
+    doubtful or the file is no floorplan; in the latter case nothing is written. --accept
+    overrides the verdict and records why.
 
     Example: fpnet plan sheet.pdf --page 2 --out plan.yaml
 
@@ -92,7 +92,7 @@ def command(
 
 
 def _checked_exports(exports: list[Path], drawing: Path) -> list[Path]:
-    """Return the files to export to; an error for ones that must not be written."""
+    """Return the export files; raise an error if one must not be written."""
     from fpnet.cli.outputs import check_file
     from fpnet_core.drawings.exports.writing import export_suffix
 
@@ -105,7 +105,7 @@ def _checked_exports(exports: list[Path], drawing: Path) -> list[Path]:
 
 
 def _export(reading: Reading, exports: list[Path], json_path: Path | None) -> None:
-    """Write the reading's model to each file."""
+    """Write the rooms and doors to each export file."""
     if not exports:
         return
     from fpnet_core.drawings.exports.writing import write_model
@@ -119,17 +119,17 @@ def _export(reading: Reading, exports: list[Path], json_path: Path | None) -> No
 
 
 def _checked(out: Path, drawing: Path) -> Path:
-    """Return where the picture goes; ConfigError for files that must not be written."""
+    """Return the path of the plot; raise ConfigError if an output path is invalid."""
     from fpnet_core.drawings.plan_files import picture_path
     from fpnet_core.io.maps import YAML_SUFFIXES
 
     if out.suffix.lower() not in YAML_SUFFIXES:
-        raise ConfigError(f'--out {out}: expected a YAML file, as {out.with_suffix(".yaml")}')
+        raise ConfigError(f'--out {out}: expected a YAML file, e.g. {out.with_suffix(".yaml")}')
     picture = picture_path(out)
     written = {path.resolve() for path in (out, out.with_suffix('.png'), picture)}
     if drawing.resolve() in written:
         raise ConfigError(
-            f'--out {out} would overwrite the drawing {drawing}; write to another folder, as '
+            f'--out {out} would overwrite the drawing {drawing}; write to another folder, e.g. '
             f'--out {Path("out") / out.name}'
         )
     return picture

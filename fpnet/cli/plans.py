@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What commands share that take a floorplan or a site, and say where drawings are out of date."""
+"""Input of a floorplan or site, and output of differences, shared by several commands."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def read_plans(
     tree: FpnetConfig,
     json_path: Path | None,
 ) -> Reading | Site:
-    """Return the floorplan or the site that was named; ConfigError unless it is one of them."""
+    """Return the floorplan or the site; raise ConfigError unless exactly one is given."""
     if (floorplan is None) == (site is None):
-        raise ConfigError('give --floorplan or --site, one of them')
+        raise ConfigError('give either --floorplan or --site')
     if floorplan is not None:
         reading = said.read(floorplan, tree)
         common.say_reading(reading, json_path)
         return reading
-    assert site is not None  # one of them was named
-    said.refuse('is for one drawing; say it of a storey in the site')
+    assert site is not None  # exactly one was given
+    said.refuse('applies to one drawing; set it for a storey in the site file')
     from fpnet_core.sites.site_files import read_site
 
     read = read_site(site, tree)
@@ -42,7 +42,7 @@ def read_plans(
 
 
 def write_differences(folder: Path, found: Differences) -> None:
-    """Write where a drawing is out of date as GeoJSON and as a picture."""
+    """Write ``differences.geojson`` and ``differences.png`` into a folder."""
     from fpnet.geojson import write_geojson
     from fpnet.viz.differences import save_differences
 

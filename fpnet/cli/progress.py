@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bars of progress, for people who watch."""
+"""Progress bars on the terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def progress(description: str, total: float | None = None) -> Iterator[Callable[
     """
     Show a progress bar on stderr and yield a function that advances it by a number of steps.
 
-    Nothing is drawn unless stdout and stderr are terminals, so that logs and pipes stay clean.
+    The bar is shown only if stdout and stderr are terminals, so that logs and pipes stay clean.
     """
     if not (sys.stdout.isatty() and sys.stderr.isatty()):
         yield lambda _: None
@@ -47,7 +47,7 @@ def progress(description: str, total: float | None = None) -> Iterator[Callable[
 
 
 def track(items: Sequence[Item], description: str) -> Iterator[Item]:
-    """Yield the items under a progress bar."""
+    """Yield the items and show a progress bar."""
     with progress(description, total=len(items)) as advance:
         for item in items:
             yield item

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet segment``: a floorplan, robot map, cloud or recording, cut into rooms and doors."""
+"""``fpnet segment``: segment a floorplan, robot map or recording into rooms and doors."""
 
 from __future__ import annotations
 
@@ -28,28 +28,27 @@ def command(
         Path,
         typer.Argument(
             metavar='INPUT',
-            help='Drawing or map_server YAML; point file; bag, CARMEN log or scan folder.',
+            help='Drawing, map_server YAML, point cloud, bag, CARMEN log or folder of scans.',
         ),
     ],
     said: common.DrawingOptions,
     as_submap: Annotated[
         bool,
-        typer.Option('--submap', help='The image is a robot map: unknown space is not a wall.'),
+        typer.Option('--submap', help='Robot map: unknown space is not a wall.'),
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the rooms and doors.')
+        Path | None, typer.Option('--plot', metavar='PNG', help='Plot rooms and doors.')
     ] = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Cut a floorplan, robot map or recording into rooms and doors.
+    Segment a floorplan, robot map or recording into rooms and doors.
 
-    Lengths are metres as the input states them, and of a drawing that states none, as its rooms
-    and doors tell; --json says between which bounds. Those of a robot map without a scale
-    (--submap) are nominal, and the printed factor makes them true. Exits 1 where no room is
-    found.
+    Lengths are in metres as stated by the input or, for a drawing without a scale, as estimated
+    from its rooms and doors; --json has the interval. Lengths of a robot map without a scale
+    (--submap) are nominal: multiply them by the printed factor. Exits with 1 without a room.
 
     Example: fpnet segment plan.png --plot rooms.png --json rooms.json
     """
@@ -58,14 +57,14 @@ def command(
     reading = None
     subject: Reading | Submap
     if as_submap and _is_drawing(source):
-        said.refuse(f'is for drawings, and {source} is taken for a robot map', '--resolution')
+        said.refuse(f'applies to drawings, but {source} is read as a robot map', '--resolution')
         subject, scale_is_known = _read_robot_map(source, said.resolution)
     elif _is_drawing(source):
         subject = reading = said.read(source, tree)
         scale_is_known = True
         common.say_reading(reading, json_path)
     else:
-        said.refuse(f'is for drawings, which {source} is not', '--storey')
+        said.refuse(f'applies to drawings, which {source} is not', '--storey')
         subject, scale_is_known = _read_submap(source, tree, said.storey), True
     segmentation, scale, elapsed_ms = _segment(subject, tree, scale_is_known)
     _print_summary(segmentation, scale, elapsed_ms, json_path)
@@ -83,14 +82,14 @@ def command(
 
 
 def _say_scale_doubts(reading: Reading, verdict: PlanVerdict, json_path: Path | None) -> None:
-    """Print what speaks against a scale that is stated; all else was said with the reading."""
+    """Print contradictions to a stated scale; other warnings were printed with the drawing."""
     for reason in verdict.reasons:
         if reason.is_scale and reading.scale.is_known and not verdict.accepted:
-            common.say(f'doubt: {reason.what}', json_path)
+            common.say(f'warning: {reason.what}', json_path)
 
 
 def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, bool]:
-    """Return a robot's map, and whether its scale is known."""
+    """Return the submap of a robot map, and whether its scale is known."""
     from fpnet_core.io.maps import read_map, states_scale
     from fpnet_core.submaps import submap_from_grid
 
@@ -99,7 +98,7 @@ def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, b
 
 
 def _is_drawing(source: Path) -> bool:
-    """Tell drawings and maps from point files and recordings, which have names of their own."""
+    """Return whether the input, by its name, is a drawing or map, not a cloud or recording."""
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
     from fpnet_core.io.recordings import is_recording
 
@@ -107,7 +106,7 @@ def _is_drawing(source: Path) -> bool:
 
 
 def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
-    """Return the submap of a point file or of a whole recording."""
+    """Return the submap of a point cloud or of a whole recording."""
     from fpnet.api import submap_of
     from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
     from fpnet_core.io.recordings import open_scans
@@ -125,7 +124,7 @@ def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
 def _segment(
     subject: Reading | Submap, tree: FpnetConfig, scale_is_known: bool
 ) -> tuple[Segmentation, ScaleEstimate, float]:
-    """Return rooms and doors, true metres of one of theirs, and how long it took [ms]."""
+    """Return the segmentation, its scale in true per nominal metres, and the duration [ms]."""
     from fpnet_core.segmentation import (
         estimate_metres_per_unit,
         segment_submap,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet site``: the storeys of a site, and which of them look alike."""
+"""``fpnet site``: check the storeys of a site and find those that look alike."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ def check(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Tell a site's storeys, its lifts and stairs, and which storeys look alike, and where.
+    List storeys, lifts and stairs of a site, and find storeys that look alike.
 
-    Every storey is laid on all others as a robot's map would be. Storeys that nobody can tell
-    apart by their walls are localised with a word on the level only.
+    Each storey is matched as a robot map against all others. Where walls alone cannot distinguish
+    two storeys, the localizer needs a hint about the storey.
 
     Example: fpnet site check site.yaml
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What commands share that say whether a drawing will serve as a floorplan."""
+"""Verdict on a drawing and the option ``--accept``, shared by several commands."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ AcceptOption = Annotated[
     typer.Option(
         '--accept',
         metavar='REASON',
-        help="Take the plan whatever speaks against it, and say why: 'it is a hall'.",
+        help="Use the plan despite its warnings, and record why: 'it is a hall'.",
     ),
 ]
 
 
 def accepting(reading: Reading, reason: str | None) -> Reading:
-    """Return a reading with why its user accepts it; ConfigError for an empty reason."""
+    """Return the reading with the user's reason to accept it; ConfigError if it is empty."""
     if reason is None:
         return reading
     words = ' '.join(reason.split())
     if not words:
-        raise ConfigError("--accept: expected a reason, as --accept 'it is a hall'")
+        raise ConfigError("--accept: expected a reason, e.g. --accept 'it is a hall'")
     return replace(reading, accepted=words)
 
 
 def verdict_on(
     reading: Reading, tree: FpnetConfig, invocation: Invocation, picture: str = ''
 ) -> PlanVerdict:
-    """Return whether a plan will serve; ``picture`` shows how it was read."""
+    """Return the verdict on a plan; ``picture`` is the path of the plot of its parse."""
     from fpnet.plan_check.verdict import verdict_of
     from fpnet_core.segmentation import told_scale
 
@@ -55,7 +55,7 @@ def verdict_on(
 
 @contextmanager
 def refusal_as_json(invocation: Invocation, json_path: Path | None) -> Iterator[None]:
-    """Write why a drawing could not be read before the error goes on, for who asked for JSON."""
+    """Write the verdict on an unreadable drawing as JSON, then re-raise the error."""
     try:
         yield
     except MapFormatError as error:

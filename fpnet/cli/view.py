@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet view``: a run while it goes on, or a recorded one again, on a page of this machine."""
+"""``fpnet view``: show a run live, or replay a recorded one, in a browser on this machine."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ if TYPE_CHECKING:
 
 LIVE_NODES = 'fpnet.live_nodes'
 """
-Group of entry points: functions of a namespace, or of an empty one, that yield what a running
-localizer shows (:mod:`fpnet_core.io.serialization`) and lines about it.
+Entry-point group of functions that take a namespace, possibly empty, and yield the state of a
+running localizer (:mod:`fpnet_core.io.serialization`) and lines about it.
 """
 
 _Input = Annotated[
     Path | None,
     typer.Argument(
         metavar='[INPUT]',
-        help='Recording, as of fpnet localize; or the folder that its --out has written.',
+        help='Recording, as for fpnet localize, or a folder written by its --out.',
     ),
 ]
-_NodesOption = Annotated[bool, typer.Option('--nodes', help='The localizer node that runs now.')]
+_NodesOption = Annotated[bool, typer.Option('--nodes', help='Show the running localizer node.')]
 _NamespaceOption = Annotated[
-    str, typer.Option('--namespace', metavar='NS', help='Of the node, where several run.')
+    str, typer.Option('--namespace', metavar='NS', help='Namespace of the node.')
 ]
 _RateOption = Annotated[
     float,
-    typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as they come.'),
+    typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as possible.'),
 ]
 _EndOption = Annotated[
-    bool, typer.Option('--end', help='End with the run; else the page stays until Ctrl-C.')
+    bool, typer.Option('--end', help='Exit when the run ends; default: wait for Ctrl-C.')
 ]
 
 
@@ -66,12 +66,12 @@ def command(
     seed: common.SeedOption = None,
 ) -> None:
     """
-    Show a run while it goes on, or a recorded one again, in a browser.
+    Show a run live, or replay a recorded one, in a browser.
 
-    The page has the floorplan, the growing submap, all likely placements, the status with its
-    reason, and everything that a report has. It is on 127.0.0.1, for this machine only, and loads
-    nothing from the network. With --nodes it shows the localizer node that runs now, on this
-    machine or another of the ROS domain.
+    The page shows the floorplan, the growing submap, the best placements, the status with its
+    reason, and everything else in a report. It is served on 127.0.0.1, for this machine only, and
+    loads nothing from the network. --nodes shows the running localizer node, on this machine or
+    another one in the ROS domain.
 
     Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
 
@@ -80,7 +80,7 @@ def command(
     Example: fpnet view --nodes --namespace /robot_1
     """
     if nodes is (source is not None):
-        raise ConfigError('give either a recording, the folder of a run, or --nodes')
+        raise ConfigError('give a recording, the folder of a run, or --nodes')
     if source is None:
         _watch_nodes(namespace, port, end)
         return
@@ -90,8 +90,8 @@ def command(
         return
     if floorplan is None:
         raise ConfigError(
-            f'{source} holds no {common.REPORT_NAME}; give the folder of a run, or --floorplan '
-            'with a recording'
+            f'{source} has no {common.REPORT_NAME}; give the folder of a run, or a recording '
+            'with --floorplan'
         )
     tree = common.load(config, settings, seed)
     reading = said.read(floorplan, tree)
@@ -105,7 +105,7 @@ def command(
 def _recording_on(
     source: Path, reading: Reading, tree: FpnetConfig, port: int
 ) -> Iterator[tuple[Run, LiveRun]]:
-    """Yield a run of a recording, and the page that shows it."""
+    """Yield a run of a recording and its live page."""
     from fpnet.api.run import Run, scans_of
     from fpnet.report.live import LiveRun
     from fpnet_core.drawings.scaling import with_scale_of
@@ -117,7 +117,7 @@ def _recording_on(
 
 
 def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
-    """Read a run to its end and show each tick; ``rate`` in recorded seconds per second."""
+    """Run to the end and show each update; ``rate`` in recorded seconds per second."""
     from fpnet.report import RunRecord
 
     typer.echo(f'watch it at {live.url}', err=True)
@@ -132,16 +132,16 @@ def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
 
 
 def _watch_nodes(namespace: str, port: int, end: bool) -> None:
-    """Show a running localizer until it has gone."""
+    """Show a running localizer until it stops."""
     from fpnet.report.watched import WatchedRun
 
     viewers = list(entry_points(group=LIVE_NODES))
     if not viewers:
-        raise ConfigError('no ROS is installed to listen with; name a recording')
+        raise ConfigError('--nodes needs ROS, which is not installed; give a recording')
     with WatchedRun(port, partial(typer.echo, err=True)) as watched:
         for heard in viewers[0].load()(namespace):
             watched.take(heard)
-        watched.end('the localizer has gone')
+        watched.end('the localizer has stopped')
         _stay(end)
 
 
@@ -153,25 +153,25 @@ def _show_again(report: Path, port: int, rate: float, end: bool) -> None:
         pace = _Pace(rate)
         for time_s in recorded:
             pace.wait_for(time_s)
-        recorded.end('ended; the slider goes back')
+        recorded.end('end of the recording; the slider goes back')
         _stay(end)
 
 
 def _stay(end: bool) -> None:
     if not end:
-        typer.echo('the run has ended; its page stays until Ctrl-C', err=True)
+        typer.echo('the run has ended; the page stays open until Ctrl-C', err=True)
         threading.Event().wait()
 
 
 class _Pace:
-    """Holds up whoever is faster than recorded time at a rate; 0 holds up nobody."""
+    """Throttle to recorded time at a playback rate; rate 0 does not wait."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._begun: tuple[float, float] | None = None
 
     def wait_for(self, recorded_s: float) -> None:
-        """Wait until it is time for what was recorded then."""
+        """Wait until the recorded time [s] is due."""
         if self._rate <= 0.0:
             return
         now = time.monotonic()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The first seconds of a recording, as the checks look at them."""
+"""Observations from the first seconds of a recording, as input of the checks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def observe_bag(
     path: Path, seconds: float, scans: str = '', odometry: str | None = ''
 ) -> Observed:
     """
-    Return what a bag holds in its first seconds.
+    Return the observations from the first ``seconds`` of a bag.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Every check, in the order in which one mends: topics, their clocks, then what is in them."""
+"""All checks, in the order of the fixes: topics, their clocks, then their contents."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ WIRING = (
     check_gaps,
     check_rate,
 )
-"""Checks that take no time: of names, QoS, frames and stamps."""
+"""Fast checks of names, QoS, frames and stamps."""
 
 SCAN_CHECKS = (check_returns, check_unit, check_point_times, check_mount)
-"""Checks of what single scans show."""
+"""Checks of single scans."""
 
 _SPOILS = {
     Problem.CLOCK_JUMP,
@@ -50,16 +50,16 @@ def _of_motion(seen: Observed) -> list[Finding]:
         return []
     poses = registered(seen)
     found = list(check_flips(seen)) or list(check_odometry(seen, poses))
-    # A wrong odometry says nothing of times, and scans that lose their way nothing of turns.
+    # Wrong odometry gives no time offset, and failed scan registration no rotations.
     found = found or list(check_lag(seen, poses))
     lost = any(finding.problem is Problem.REGISTRATION for finding in found)
     return found if lost else [*found, *check_gyro(seen, poses)]
 
 
 def examine(seen: Observed) -> list[Finding]:
-    """Return everything that is wrong, the first thing to mend first."""
+    """Return all findings, in the order in which to fix them."""
     found = [finding for check in (*WIRING, *SCAN_CHECKS) for finding in check(seen)]
-    # With these no odometry agrees with the scans, however good.
+    # With these faults, even correct odometry disagrees with the scans.
     if not _SPOILS & {finding.problem for finding in found}:
         found += _of_motion(seen)
     found += [
@@ -67,7 +67,7 @@ def examine(seen: Observed) -> list[Finding]:
             Problem.FORMAT,
             seen.scans,
             why,
-            'mend the driver, or name another topic',
+            'fix the driver, or select another topic',
         )
         for why in dict.fromkeys(seen.unreadable)
     ]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a gyroscope turns as the scans do: its unit, its sign, its offset and its axes."""
+"""Checks of a gyroscope against the scans: unit, sign, offset and axes."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from fpnet_core.stamps import NS_PER_S
 
 Array = NDArray[np.float64]
 
-_FEWEST, _LEAST_RAD = 20, math.radians(45.0)  # chosen: fewer sweeps, or turns, tell nothing
-_LEFT = 0.5  # chosen: of the mean square, what no factor and offset explain is of other axes
+_FEWEST, _LEAST_RAD = 20, math.radians(45.0)  # chosen: least number of sweeps, and rotation
+_LEFT = 0.5  # chosen: residual share of the mean square that means other axes
 _DEGREES = 180.0 / math.pi  # given
-_FACTOR_OFF, _OFFSET_RADPS = 0.1, math.radians(2.0)  # chosen: less is of the scans' own errors
-_NEVER = 'it is not used until that is mended'
+_FACTOR_OFF, _OFFSET_RADPS = 0.1, math.radians(2.0)  # chosen: the scans' errors are smaller
+_NEVER = 'it is not used until this is fixed'
 
 
 def check_gyro(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
-    """Yield what is wrong with the gyroscope, by the ``poses`` of the scans."""
+    """Yield the faults of the gyroscope, compared with the ``poses`` of the scans."""
     topic = seen.topic(seen.imu)
     if topic is None or len(seen.gyro_ns) < _FEWEST or not seen.sweeps:
         return
@@ -36,12 +36,12 @@ def check_gyro(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     try:
         R_imu_sensor = seen.tree.mount(topic.frames[0], sensor)[:3, :3]
     except OdometryError as error:
-        if any(each.is_static for each in seen.transforms):  # else nobody places anything here
+        if any(each.is_static for each in seen.transforms):  # else there are no static transforms
             yield Finding(
                 Problem.FRAME,
                 topic.frames[0] or seen.imu,
                 f'{error}; the gyroscope on {seen.imu} is not used',
-                'publish where the IMU sits on the robot as a static transform',
+                'publish the static transform from the robot to the IMU',
             )
         return
     if len(poses) <= _FEWEST:
@@ -53,16 +53,16 @@ def check_gyro(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
 
 def _turns(seen: Observed, poses: Sequence[Pose], R_imu_sensor: Array) -> Array:
     """
-    Return turns between sweeps by the gyroscope and by the scans, and their times ``(N, 3, A)``.
+    Return rotations between sweeps by gyroscope and by scans, and durations ``(N, 3, A)``.
 
-    Rotation vectors in the sensor's frame [rad], or their last axis alone where a planar scanner
-    sees no other one; times [s] on every axis. Rates are added up, not composed: in degrees they
-    would go around several times from one sweep to the next.
+    Rotation vectors in the sensor frame [rad], for a planar scanner only the last axis; durations
+    [s], repeated on every axis. Rates are summed, not composed: rates in degrees would wrap around
+    several times between two sweeps.
     """
     stamps_ns, R = np.array([stamp_ns for stamp_ns, _ in poses]), np.array([T for _, T in poses])
     step_s = np.diff(seen.gyro_ns) / NS_PER_S
     steps = 0.5 * (seen.gyro_radps[1:] + seen.gyro_radps[:-1]) * step_s[:, None]
-    # The last column counts gaps, over which rates tell nothing.
+    # The last column counts gaps in the gyroscope data.
     sums = np.cumsum(np.column_stack([steps, step_s > MAX_GAP_NS / NS_PER_S]), axis=0)
     sums = np.vstack([np.zeros(4), sums])
     added = [
@@ -77,31 +77,31 @@ def _turns(seen: Observed, poses: Sequence[Pose], R_imu_sensor: Array) -> Array:
 
 
 def _scored(where: str, by_gyro: Array, by_scans: Array, seconds: Array) -> Iterator[Finding]:
-    """Yield how the turns ``(N, A)`` of a gyroscope differ from those of the scans."""
+    """Yield the difference between the rotations ``(N, A)`` of gyroscope and scans."""
     offsets = np.einsum('na,ab->nab', seconds, np.eye(seconds.shape[1])).reshape(by_scans.size, -1)
-    given = np.column_stack([by_gyro.ravel(), offsets])  # of both, it has less noise
-    # What is wrong is fitted, and as small as can be: a steady turn tells no offset from a factor.
+    given = np.column_stack([by_gyro.ravel(), offsets])  # the less noisy one
+    # Minimum-norm fit of the error: a steady rotation does not separate offset from factor.
     (more, *offset), *_ = np.linalg.lstsq(given, (by_scans - by_gyro).ravel(), rcond=None)
     share = 1.0 + more
     left = by_scans.ravel() - given @ [share, *offset]
     if np.mean(left**2) > _LEFT * np.mean(by_scans**2) or not by_gyro.any():
-        said = 'no multiple of its turns is those that the scans tell: it has other axes'
-        fix = "mend the rotation of the static transform to the IMU, or the driver's axes"
+        said = 'no multiple of its rotation fits that of the scans: it has other axes'
+        fix = "correct the rotation of the static transform to the IMU, or the driver's axes"
         yield Finding(Problem.GYRO, where, said, f'{fix}; {_NEVER}')
         return
     factor = 1.0 / share
     offset_radps = float(np.linalg.norm(offset)) / abs(share)
     if abs(abs(factor) / _DEGREES - 1.0) < _FACTOR_OFF:
-        said = f'it reports {factor:.0f} times the turns that the scans tell: degrees'
-        fix = 'let its driver publish angular_velocity in rad/s'
+        said = f'it reports {factor:.0f} times the rotation of the scans: degrees'
+        fix = 'make its driver publish angular_velocity in rad/s'
     elif factor < 0.0:
-        said = f'it reports {factor:.2f} times the turns that the scans tell'
-        fix = 'it is upside down: mend the roll of the static transform to the IMU, or the sign'
+        said = f'it reports {factor:.2f} times the rotation of the scans'
+        fix = 'it is upside down: correct the roll of the static transform to the IMU, or the sign'
     elif abs(factor - 1.0) > _FACTOR_OFF:
-        said = f'it reports {factor:.2f} times the turns that the scans tell'
-        fix = "set the gyroscope's scale in its driver"
+        said = f'it reports {factor:.2f} times the rotation of the scans'
+        fix = "correct the gyroscope's scale in its driver"
     elif offset_radps > _OFFSET_RADPS:
-        said = f'it turns by {math.degrees(offset_radps):.1f} degrees a second that nobody turned'
+        said = f'it has an offset of {math.degrees(offset_radps):.1f} degrees per second'
         fix = "calibrate the gyroscope's offset while the robot stands still"
     else:
         return

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether scans and odometry are of one time: stamps at the other end of a sweep are 0.1 s off."""
+"""Check of the time offset of scans and odometry: 0.1 s for stamps at the wrong sweep end."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from fpnet_core.stamps import NS_PER_S
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_LEAST_LAG_S = 0.07  # less is within what turns can tell
-_LEAST_TURN_RAD = math.radians(1.5)  # of turns over a span, in the mean square root
-_BETTER = 0.85  # of what turns are apart by without a shift
+_LEAST_LAG_S = 0.07  # smaller offsets are below the resolution
+_LEAST_TURN_RAD = math.radians(1.5)  # RMS of the rotations over a span
+_BETTER = 0.85  # largest residual with a shift over the one without
 _FEWEST = 20  # spans
 # Numerical:
-_SHIFTS_S = np.arange(-10, 11) * 0.02  # that are tried
-_SPAN = 3  # sweeps over which turns are compared
+_SHIFTS_S = np.arange(-10, 11) * 0.02  # candidates
+_SPAN = 3  # sweeps over which rotations are compared
 
 
 def check_lag(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
-    """Yield scans that nodes take for earlier or later than they are, by a part of a sweep."""
+    """Yield a finding if nodes interpret scan stamps as too early or late by part of a sweep."""
     lag_s = lag(poses, seen.track)
     if lag_s is None or abs(lag_s) < _LEAST_LAG_S:
         return
@@ -37,37 +37,37 @@ def check_lag(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     yield Finding(
         Problem.LAG,
         seen.scans,
-        f'its turns fit those of {seen.odometry} best if its stamps are {abs(lag_s):.2f} s {when}',
-        'say what they are of with scans.stamp (scan_stamp:=start, middle or end): taken for '
-        'another end of the sweep they are early or late by its duration. Stamps of arrival are '
-        'late: let the driver stamp by the sensor',
+        f'its rotation fits {seen.odometry} best if its stamps are {abs(lag_s):.2f} s too {when}',
+        'set scans.stamp (scan_stamp:=start, middle or end) to what the stamps mean: at the wrong '
+        'end of the sweep they are early or late by its duration. Arrival times are late: make '
+        'the driver use the time of the sensor',
     )
 
 
 def lag(poses: Sequence[Pose], track: PoseTrack) -> float | None:
     """
-    Return by how much stamps of the scans are too early [s]; None where turns do not tell.
+    Return by how much the scan stamps are too early [s]; None if rotations do not tell.
 
     Parameters
     ----------
     poses
-        Stamps [ns] and ``T_odom_sensor (4, 4)`` by the scans.
+        Stamps [ns] and ``T_odom_sensor (4, 4)`` by scan registration.
     track
-        Poses by odometry; where its frame sits on the robot does not matter for turns.
+        Poses by odometry; rotations do not depend on the position of its frame on the robot.
     """
     if len(poses) <= _SPAN:
         return None
     by_scans = _turns(np.array([T for _, T in poses]))
     apart = np.array([_apart(poses, track, by_scans, shift_s) for shift_s in _SHIFTS_S])
-    as_it_is = apart[len(_SHIFTS_S) // 2]
-    if np.sqrt(np.mean(by_scans**2)) < _LEAST_TURN_RAD or not np.isfinite(as_it_is):
+    unshifted = apart[len(_SHIFTS_S) // 2]
+    if np.sqrt(np.mean(by_scans**2)) < _LEAST_TURN_RAD or not np.isfinite(unshifted):
         return None
     best = int(np.nanargmin(apart))
-    return float(_SHIFTS_S[best]) if apart[best] < _BETTER * as_it_is else 0.0
+    return float(_SHIFTS_S[best]) if apart[best] < _BETTER * unshifted else 0.0
 
 
 def _apart(poses: Sequence[Pose], track: PoseTrack, by_scans: Array, shift_s: float) -> float:
-    """Return the root mean square of what turns differ by; NaN where too few can be compared."""
+    """Return the RMS difference of the rotations [rad]; NaN with too few common spans."""
     unknown = np.full((4, 4), np.nan)
     shift_ns = round(shift_s * NS_PER_S)
     found = [track.at(stamp_ns + shift_ns) for stamp_ns, _ in poses]
@@ -78,7 +78,7 @@ def _apart(poses: Sequence[Pose], track: PoseTrack, by_scans: Array, shift_s: fl
 
 
 def _turns(poses: Array) -> Array:
-    """Return by how much each pose ``(S, 4, 4)`` is turned against one a span before [rad]."""
+    """Return the rotation [rad] of each pose ``(S, 4, 4)`` since the pose one span before."""
     yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
     turn = yaw[_SPAN:] - yaw[:-_SPAN]
     return np.asarray(np.arctan2(np.sin(turn), np.cos(turn)), dtype=np.float64)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether odometry says the same of the robot's motion as the scans do."""
+"""Checks of odometry against the robot's motion by scan registration."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ Pose = tuple[int, Array]
 """A stamp [ns] and ``T_odom_sensor (4, 4)``."""
 
 # Chosen, not measured:
-_WINDOW_NS = NS_PER_S // 2  # motions over so long are compared
-_MOVED_M, _TURNED_RAD = 0.1, math.radians(5.0)  # less is standing still
+_WINDOW_NS = NS_PER_S // 2  # duration of the compared motions
+_MOVED_M, _TURNED_RAD = 0.1, math.radians(5.0)  # less counts as standing still
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.15, 0.15, math.radians(6.0)
-_FEWEST = 2  # windows in which the robot drives, or turns
+_FEWEST = 2  # windows with translation, or rotation
 _LEAP_M = 2.5  # physical: no robot drives 5 m/s indoors
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
     """
-    A motion ``T_start_end (4, 4)`` of the sensor over one window, by two odometries.
+    A motion ``T_start_end (4, 4)`` of the sensor over one window, by odometry and by scans.
 
-    Its axes are the robot's: x ahead, y to the left.
+    Its axes are the robot's: x forward, y left.
     """
 
     by_odometry: Array
@@ -48,50 +48,50 @@ class Motion:
 
     @property
     def is_drive(self) -> bool:
-        """Tell whether either says that the robot went on."""
+        """Whether either source reports a translation."""
         return _length(self.by_odometry) > _MOVED_M or _length(self.by_scans) > _MOVED_M
 
     @property
     def is_turn(self) -> bool:
-        """Tell whether either says that the robot turned."""
+        """Whether either source reports a rotation."""
         return _turn(self.by_odometry) > _TURNED_RAD or _turn(self.by_scans) > _TURNED_RAD
 
     @property
     def off_m(self) -> float:
-        """Distance between both ends [m]."""
+        """Distance between both end positions [m]."""
         return float(np.linalg.norm(self.by_odometry[:3, 3] - self.by_scans[:3, 3]))
 
     @property
     def drives_elsewhere(self) -> bool:
-        """Tell whether the ends are further apart than drift explains."""
+        """Whether the end positions differ by more than drift explains."""
         return self.off_m > _OFF_M + _OFF_SHARE * _length(self.by_scans)
 
     @property
     def leaps(self) -> bool:
-        """Tell whether the scans say that the robot went where no robot gets in the time."""
+        """Whether the scans report a translation that is impossible in the time."""
         return self.drives_elsewhere and _length(self.by_scans) > _LEAP_M
 
     @property
     def turns_otherwise(self) -> bool:
-        """Tell whether the headings are further apart than drift explains."""
+        """Whether the headings differ by more than drift explains."""
         rotation = self.by_odometry[:3, :3].T @ self.by_scans[:3, :3]
         return float(Rotation.from_matrix(rotation).magnitude()) > _OFF_RAD
 
     @property
     def turns_the_other_way(self) -> bool:
-        """Tell whether the headings are one another's mirror image, as far as drift allows."""
+        """Whether the rotations are opposite, within drift."""
         one, other = (_yaw(T) for T in (self.by_odometry, self.by_scans))
         return abs(one + other) < 0.5 * min(abs(one), abs(other))
 
     @property
     def said(self) -> str:
-        """Return both in words."""
+        """Both motions as text."""
         words = [
             f'{_length(T):.2f} m and {np.rad2deg(_turn(T)):.0f} degrees to the '
             f'{"left" if _yaw(T) > 0.0 else "right"}'
             for T in (self.by_odometry, self.by_scans)
         ]
-        return f'odometry says {words[0]}, the scans {words[1]}'
+        return f'odometry reports {words[0]}, the scans {words[1]}'
 
 
 def _length(T: Array) -> float:
@@ -108,9 +108,9 @@ def _yaw(T: Array) -> float:
 
 def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     """
-    Yield odometry that moves the robot otherwise than the ``poses`` of the scans do.
+    Yield a finding if odometry disagrees with the ``poses`` of the scans.
 
-    Where these leap as no robot does it is they that are wrong.
+    If these jump impossibly far, scan registration is wrong, not odometry.
     """
     if not (seen.sweeps and len(seen.track)):
         return
@@ -123,10 +123,10 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         yield Finding(
             Problem.REGISTRATION,
             seen.scans,
-            f'KISS-ICP leaps as no robot does, in {len(leaps)} of {len(found)} half seconds; in '
+            f'KISS-ICP jumps impossibly far in {len(leaps)} of {len(found)} half seconds; in '
             f'one {worst.said}',
-            'take the odometry that the robot brings (odometry:=robot, fpnet localize --odometry '
-            'robot): a narrow field of view, or bare walls all along, hold no registration',
+            'use the odometry of the robot (odometry:=robot, fpnet localize --odometry robot): a '
+            'narrow field of view or long bare walls do not constrain scan registration',
         )
         return
     drives, turns = [m for m in found if m.is_drive], [m for m in found if m.is_turn]
@@ -138,7 +138,7 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     what, count = ('driving', len(drives)) if astray else ('turning', len(turns))
     if opposite := _most(turns, [m for m in turns if m.turns_the_other_way]):
         most = max(opposite, key=lambda each: abs(_yaw(each.by_scans)))
-        evidence = f'in {len(opposite)} of {len(turns)} half seconds of turning the other way'
+        evidence = f'opposite rotation in {len(opposite)} of {len(turns)} half seconds of turning'
         said = f'{evidence}; in one {most.said}'
         yield Finding(Problem.ODOMETRY, seen.odometry, said, OPPOSITE)
         return
@@ -148,30 +148,31 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         seen.odometry,
         f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}',
         'look at both in RViz (fixed frame odom, clouds with a decay time of 10 s): smeared walls '
-        "mean odometry is wrong (wheel radius, track width, an IMU's sign), or the yaw of the "
-        'static transform to the sensor; meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
+        "mean that odometry (wheel radius, track width, an IMU's sign) or the yaw of the static "
+        'transform to the sensor is wrong; meanwhile use KISS-ICP (fpnet localize --odometry '
+        'kiss)',
     )
 
 
 def check_flips(seen: Observed) -> Iterator[Finding]:
-    """Yield odometry that turns to and fro faster than any robot."""
+    """Yield a finding if odometry rotates back and forth faster than any robot."""
     if (flips := seen.track.flips) >= _FEWEST:
         yield Finding(
             Problem.ODOMETRY,
             seen.odometry,
-            f'it turns from one message to the next as no robot does, {flips} times',
-            'do two nodes publish it (ros2 topic info -v), of which one has the robot the other '
-            'way round? Meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
+            f'it rotates impossibly fast from one message to the next, {flips} times',
+            'check whether two nodes publish it (ros2 topic info -v), one with the opposite '
+            'heading; meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
         )
 
 
 def _most(all_of_them: list[Motion], off: list[Motion]) -> list[Motion]:
-    """Return those that are off where they are most of enough."""
+    """Return ``off`` if it is the majority of enough motions, else an empty list."""
     return off if len(all_of_them) >= _FEWEST and 2 * len(off) > len(all_of_them) else []
 
 
 def registered(seen: Observed) -> list[Pose]:
-    """Return stamps and poses of the sweeps by KISS-ICP; those that it refuses are left out."""
+    """Return stamps and KISS-ICP poses of the sweeps; sweeps that it rejects are skipped."""
     kiss, found = KissOdometry(OdometryConfig()), []
     for sweep in seen.sweeps:
         try:
@@ -183,7 +184,7 @@ def registered(seen: Observed) -> list[Pose]:
 
 
 def motions(poses: Sequence[Pose], track: PoseTrack, T_child_sensor: Array) -> Iterator[Motion]:
-    """Yield the motions between poses of the scans that are one window apart."""
+    """Yield the motions between scan poses that are one window apart."""
     axes = np.eye(4)
     axes[:3, :3] = T_child_sensor[:3, :3]
     start: tuple[int, Array, Array] | None = None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Many floorplans at once: which of them are worth searching for what a robot has seen."""
+"""Index of many floorplans that proposes those which may contain a robot map."""
 
 from fpnet.library.library import LibraryPlan, PlanLibrary, Proposal, plan_of
 

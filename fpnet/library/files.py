@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Libraries of drawings on disk: what is put into them, and what they propose, as a site."""
+"""Drawings on disk for a library, and its proposals as a site."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from fpnet_core.sites import Site, Storey
 
 def plan_files(paths: Iterable[Path]) -> list[Path]:
     """
-    Return floorplans by name; of folders all that lie in them, at any depth.
+    Return floorplan files sorted by name; folders are searched recursively.
 
-    What lies beside a map_server YAML by its name, as its image or as the picture that
-    ``fpnet plan`` drew, is that map's, and no floorplan of its own; a YAML that is no map is none.
+    Files that belong to a map_server YAML by their name, its image or the plot of ``fpnet plan``,
+    are not floorplans of their own. A YAML that is no map is ignored.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def plan_files(paths: Iterable[Path]) -> list[Path]:
         elif path.exists():
             found.append(path)
         else:
-            raise LibraryError(f'{path} does not exist; give floorplans or folders of them')
+            raise LibraryError(f'{path} does not exist; give floorplans or folders')
     return sorted(set(found))
 
 
@@ -57,29 +57,29 @@ def _in_folder(folder: Path) -> list[Path]:
     ]
     if not (maps or drawings):
         suffixes = sorted({*known_suffixes(), *YAML_SUFFIXES})
-        raise LibraryError(f'{folder} holds no floorplan; expected files as {suffixes}')
+        raise LibraryError(f'{folder} holds no floorplan; expected files with suffixes {suffixes}')
     return [*maps, *drawings]
 
 
 def share_of(paths: Sequence[Path], share: str) -> tuple[list[Path], int]:
     """
-    Return the part of ``paths`` that ``K/N`` names, and the number of its first shard.
+    Return the share ``K/N`` of ``paths``, and the number of its first shard.
 
     Raises
     ------
     LibraryError
-        If it is no such share.
+        If ``share`` is malformed.
     """
     first, _, last = share.partition('/')
     if not (first.isdigit() and last.isdigit() and 1 <= int(first) <= int(last)):
-        raise LibraryError(f'--share {share}: expected K/N, as 3/10 for the third of ten shares')
+        raise LibraryError(f'--share {share}: expected K/N, e.g. 3/10 for the third of ten shares')
     number = int(first) - 1
-    return list(paths[number :: int(last)]), 2 * number  # plans of stated scale, and others
+    return list(paths[number :: int(last)]), 2 * number  # shards of stated and other scales
 
 
 def read_library_plan(path: Path, config: FpnetConfig) -> LibraryPlan:
     """
-    Read a floorplan as libraries know it.
+    Read a floorplan as a library entry.
 
     Raises
     ------
@@ -93,15 +93,15 @@ def read_library_plan(path: Path, config: FpnetConfig) -> LibraryPlan:
 
 def proposed_site(proposals: Sequence[Proposal], config: FpnetConfig) -> Site:
     """
-    Return what a library proposes as the storeys of a site, each named by its file.
+    Return the proposals of a library as the storeys of a site, each named by its file.
 
     Raises
     ------
     FpnetError
-        If nothing was proposed, or a drawing cannot be read any more; the message names it.
+        If there is no proposal, or a drawing can no longer be read; the message names it.
     """
     if not proposals:
-        raise LibraryError('too little was seen to propose a floorplan: no doors and corners')
+        raise LibraryError('too little was observed to propose a floorplan: no doors or corners')
     storeys = []
     for proposal in proposals:
         try:

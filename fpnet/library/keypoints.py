@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a plan and a part of its building have in common: doors, and corners of rooms."""
+"""Keypoints common to a plan and a map of part of its building: doors and room corners."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from fpnet_core.frozen import freeze_field
 from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
-# A room's outline is told by straight lines that stay so near to it [m].
+# Tolerance of the polygon that approximates a room's outline [m].
 _STRAIGHT_M = 0.35
-# Cosine of the angle between both walls from which a corner is none, or a spike.
+# Largest absolute cosine of a corner's angle: beyond it is a straight wall or a spike.
 _LEAST_TURN = 0.5
 
 _LEAST_WALL_M = 1.2
 """
-Shorter walls make no corner: furniture, pillars, recesses, steps of a raster [m]. Fitted to the
-tune half's robot maps (docs/sites.md, thousands of plans).
+Shorter walls make no corner: furniture, pillars, recesses, raster steps [m]. Fitted to the robot
+maps of the development split (docs/sites.md, thousands of plans).
 """
 
 
 class KeypointKind(IntEnum):
-    """What a keypoint is: corners point into a room (convex) or around one (reflex)."""
+    """Kind of a keypoint; corners point into a room (convex) or around one (reflex)."""
 
     DOOR = 0
     CONVEX = 1
@@ -45,7 +45,7 @@ PERIOD = np.array([np.pi, 2.0 * np.pi, 2.0 * np.pi], dtype=np.float32)
 @dataclass(frozen=True, eq=False)
 class Keypoints:
     """
-    Oriented points of a map, in true metres around its middle.
+    Oriented points of a map, in true metres relative to its middle.
 
     ``xy (K, 2)`` [m], ``angle (K,)`` [rad] along a door's line or into a corner, and
     ``kind (K,)`` of :class:`KeypointKind`.
@@ -62,7 +62,7 @@ class Keypoints:
         freeze_field(self, 'kind', np.uint8, (len(self.xy),))
 
     def __len__(self) -> int:
-        """Count the keypoints."""
+        """Return the number of keypoints."""
         return len(self.xy)
 
     def scaled(self, factor: float) -> Keypoints:
@@ -71,7 +71,7 @@ class Keypoints:
 
 
 def keypoints_of(segmentation: Segmentation, metres_per_unit: float = 1.0) -> Keypoints:
-    """Return the doors and corners of a map that was cut into rooms, possibly none."""
+    """Return the doors and corners of a segmented map, possibly none."""
     rows = [*_doors(segmentation), *_corners(segmentation, metres_per_unit)]
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
     xy = (table[:, :2] - middle_of(segmentation)) * metres_per_unit
@@ -80,7 +80,7 @@ def keypoints_of(segmentation: Segmentation, metres_per_unit: float = 1.0) -> Ke
 
 
 def middle_of(segmentation: Segmentation) -> NDArray[np.float64]:
-    """Return the mean of all rooms and doors (2,) in nominal metres, where coordinates begin."""
+    """Return the keypoints' origin (2,) in nominal metres: the mean centroid of all regions."""
     centroids = [region.centroid for region in segmentation.regions]
     return np.asarray(np.mean(centroids, axis=0) if centroids else np.zeros(2))
 
@@ -104,7 +104,7 @@ def _corners(
 def _corners_of(
     ring: NDArray[np.float64], least: float
 ) -> Iterator[tuple[float, float, float, float]]:
-    """Yield the corners of a counter-clockwise ``ring (V, 2)`` between walls of some length."""
+    """Yield the corners of a counter-clockwise ``ring (V, 2)``; walls have ``least`` length."""
     back, ahead = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
     lengths = np.hypot(back[:, 0], back[:, 1]), np.hypot(ahead[:, 0], ahead[:, 1])
     back, ahead = (

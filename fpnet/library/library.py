@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A library of floorplans, and which of them may be what a robot has seen.
+A library of floorplans, which proposes those that may contain a robot map.
 
-Searching a plan takes a tenth of a second, so of thousands only those are searched that the
-library proposes. It is built once, saved in shards that can be made apart from each other, and
-read from disk as far as a question needs.
+Matching on one plan takes 0.1 s, so out of thousands only the proposed ones are searched. The
+library is built once, saved in shards that can be built independently, and read from disk on
+demand.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Segmentation
 
 FORMAT = 3
-"""Given: version of what is written, our own."""
+"""Given: version of our file format."""
 
 _MANIFEST = 'plans.json'
 
@@ -35,11 +35,11 @@ _MANIFEST = 'plans.json'
 @dataclass(frozen=True, eq=False)
 class LibraryPlan:
     """
-    A floorplan as the library knows it.
+    A floorplan as an entry of the library.
 
     ``path`` is the drawing's file; ``keypoints`` and ``walls``, a coarse raster, are in metres as
-    stated or estimated around its middle, ``low`` and ``high`` how much smaller and larger it may
-    be (1 and 1 where its scale was stated).
+    stated or estimated, relative to its middle; ``low`` and ``high`` bound the factor to its true
+    size (1 and 1 if its scale was stated).
     """
 
     path: str
@@ -51,7 +51,7 @@ class LibraryPlan:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A plan's file, how well it fits (only to be compared), and its rank from 1 on."""
+    """A plan's file, its fit (only comparable within one query), and its rank from 1 on."""
 
     path: str
     fit: float
@@ -59,7 +59,7 @@ class Proposal:
 
 
 def plan_of(path: str, segmentation: Segmentation, scale: ScaleEstimate) -> LibraryPlan:
-    """Return a floorplan that was cut into rooms as the library knows it."""
+    """Return the library entry of a segmented floorplan."""
     factor = scale.factor
     keypoints, walls = keypoints_of(segmentation, factor), plan_walls(segmentation, factor)
     return LibraryPlan(path, keypoints, walls, scale.low / factor, scale.high / factor)
@@ -74,7 +74,7 @@ class PlanLibrary:
     @classmethod
     def of(cls, plans: Sequence[LibraryPlan]) -> PlanLibrary:
         """
-        Return a library of plans in memory; those that state their scale apart from the others.
+        Return a library of plans in memory; plans with a stated scale get their own shard.
 
         Raises
         ------
@@ -82,31 +82,31 @@ class PlanLibrary:
             If there is no plan.
         """
         if not plans:
-            raise LibraryError('there is no floorplan to make a library of; give at least one')
+            raise LibraryError('no floorplan for the library; give at least one')
         stated = [plan for plan in plans if plan.low == plan.high]
         others = [plan for plan in plans if plan.low != plan.high]
         return cls(tuple(_part(group) for group in (stated, others) if group))
 
     def __len__(self) -> int:
-        """Count the plans."""
+        """Return the number of plans."""
         return sum(len(part.plans) for part in self.parts)
 
     @property
     def size_bytes(self) -> int:
-        """What the index takes on disk."""
+        """Size of the index on disk."""
         return sum(part.shard.size_bytes for part in self.parts)
 
     def find(
         self, seen: Segmentation, scale: ScaleEstimate, count: int = 10
     ) -> tuple[Proposal, ...]:
         """
-        Return the plans that are most worth searching for what a robot has seen, best first.
+        Return the plans that most likely contain a robot map, best first.
 
         Parameters
         ----------
-        seen : rooms and doors of a submap or of a robot's map, in nominal metres
+        seen : rooms and doors of a submap or robot map, in nominal metres
         scale : true metres per nominal metre, as stated or estimated
-        count : how many plans at most
+        count : largest number of plans
         """
         ranked = proposed(self.parts, seen, scale)[:count]
         return tuple(Proposal(path, fit, rank) for rank, (fit, path) in enumerate(ranked, 1))
@@ -115,8 +115,8 @@ class PlanLibrary:
         """
         Write the library into a folder, as shards from number ``first`` on.
 
-        Machines that each build a share of the plans write into one folder from different
-        numbers on; what they wrote together is one library.
+        Machines that each build a share of the plans write into one folder with different
+        numbers; together, their shards are one library.
         """
         folder.mkdir(parents=True, exist_ok=True)
         for number, part in enumerate(self.parts, first):
@@ -133,12 +133,12 @@ class PlanLibrary:
         Raises
         ------
         LibraryError
-            If the folder holds none, or a damaged one.
+            If the folder holds no library, or a damaged one.
         """
         shards = sorted(folder.glob('shard-*/')) if folder.is_dir() else []
         if not shards:
             raise LibraryError(
-                f'{folder} is no library of floorplans; make one by fpnet library build'
+                f'{folder} is not a library of floorplans; build one with fpnet library build'
             )
         return cls(tuple(_opened(path) for path in shards))
 
@@ -162,7 +162,7 @@ def _opened(path: Path) -> ShardPlans:
     shard = Shard.open(path)
     if len(shard) != len(plans):
         raise LibraryError(
-            f'{path} names {len(plans)} plans and holds {len(shard)}; build it again'
+            f'{path} lists {len(plans)} plans but holds {len(shard)}; build it again'
         )
     return ShardPlans(shard, plans)
 
@@ -170,5 +170,5 @@ def _opened(path: Path) -> ShardPlans:
 def _known(read: Any) -> Known:
     known = Known(str(read['path']), float(read['low']), float(read['high']))
     if not 0.0 < known.low <= known.high < math.inf:
-        raise ValueError(f'{known.path}: no interval of scales')
+        raise ValueError(f'{known.path}: invalid interval of scales')
     return known

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which of a library's plans may hold what was seen: words vote for plans, walls decide.
+Search of the plans that may contain a robot map: words vote for plans, walls decide.
 
-Votes are fast and name the right plan of most maps. Where no plan stands out once walls were
-compared, what was seen is laid on every plan.
+Voting is fast and finds the right plan for most maps. If no plan stands out after the comparison
+of walls, the map's walls are correlated with those of every plan.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Segmentation
 
 # Chosen, not measured:
-# Plans whose votes are looked at closely, in every shard and at every scale.
+# Plans with most votes whose keypoints are compared, per shard and scale.
 _LOOKED_AT = 40
-# How many plans' walls are compared at least and at most, and placements of each, at several
-# scales, that keypoints and that walls propose.
+# Least and largest number of plans whose walls are compared, and placements of each, at several
+# scales, from keypoints and from walls.
 _FEWEST, _COMPARED, _OF_A_PLAN = 5, 40, 2
-# A plan stands out that fits so many times as well as the next one, and as a keypoint whose walls
-# fit perfectly.
+# A plan stands out if its fit is this many times that of the next one, and that of a single
+# keypoint with a perfect fit of walls.
 _STANDS_OUT = 2.0
-# Plans that what was seen is laid on at every shift at most, those with most votes.
+# Largest number of plans, those with most votes, on which all shifts are tried.
 _SWEPT = 1000
-# Scales are tried this much apart; walls 9 m apart are then a step and a half off at most.
+# Ratio of successive scales; 9 m between walls are then off by one and a half bins at most.
 _SCALE_STEP = 1.06
-# Share of what was seen that lies within the plan at least, by its area.
+# Least share of the observed area that must fit into the plan's area.
 _INSIDE = 0.7
 
 _LEADING = 0.4
 """
-Walls are compared of plans that have this share of the best fit of keypoints. Fitted to the tune
-half's robot maps (docs/sites.md, thousands of plans).
+Walls are compared for plans with this share of the best fit of keypoints. Fitted to the robot
+maps of the development split (docs/sites.md, thousands of plans).
 """
 
-_SPAN = 2.0 * 1.645  # given: standard deviations from end to end of an interval of 90 %
+_SPAN = 2.0 * 1.645  # given: width of a 90 % interval in standard deviations
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is written of a plan."""
+    """Path and relative scale interval of a plan, as stored."""
 
     path: str
     low: float
@@ -61,15 +61,15 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class ShardPlans:
-    """A shard, and its plans in order."""
+    """A shard and its plans, in the same order."""
 
     shard: Shard
     plans: tuple[Known, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
-    """What was seen, in metres of which one may be ``low`` to ``high`` true ones."""
+class _MapQuery:
+    """A robot map as a query; one of its metres is ``low`` to ``high`` true metres."""
 
     keypoints: Keypoints
     walls: GridMap
@@ -77,7 +77,7 @@ class _Question:
     high: float
 
     @classmethod
-    def of(cls, seen: Segmentation, scale: ScaleEstimate) -> _Question:
+    def of(cls, seen: Segmentation, scale: ScaleEstimate) -> _MapQuery:
         factor = scale.factor
         low, high = scale.low / factor, scale.high / factor
         return cls(keypoints_of(seen, factor), seen_walls(seen, factor), low, high)
@@ -92,16 +92,15 @@ class _Question:
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _ShardQuery:
     """
-    A part's ``N`` plans at ``F`` scales: ``factors (F,)`` that enlarge what was seen.
+    A shard's ``N`` plans at ``F`` scales: ``factors (F,)`` that enlarge the robot map.
 
-    ``weight (F, N)`` is how likely each is, 0 where it is impossible, ``votes (F, N)`` are
-    weighted so, ``fits (F, N)`` tell how well keypoints fit and ``poses (F, N, 3)`` where: yaw, x
-    and y [m].
+    ``weight (F, N)`` is the likelihood of each scale, 0 if impossible; ``votes (F, N)`` include
+    it; ``fits (F, N)`` are the fits of keypoints at ``poses (F, N, 3)``: yaw, x and y [m].
     """
 
-    question: _Question
+    query: _MapQuery
     part: ShardPlans
     factors: NDArray[np.float64]
     weight: NDArray[np.float64]
@@ -110,26 +109,26 @@ class _Asked:
     poses: NDArray[np.float32]
 
     @classmethod
-    def of(cls, question: _Question, part: ShardPlans) -> _Asked:
-        factors, weight = _scales(question, part)
+    def of(cls, query: _MapQuery, part: ShardPlans) -> _ShardQuery:
+        factors, weight = _scales(query, part)
         votes, fits = np.zeros_like(weight), np.zeros_like(weight)
         poses = np.zeros((*weight.shape, 3), np.float32)
         for index, factor in enumerate(factors.tolist()):
-            seen = question.keypoints.scaled(factor)
+            seen = query.keypoints.scaled(factor)
             votes[index], poses[index] = part.shard.voted(seen)
             votes[index] *= weight[index]
             for number in np.argsort(-votes[index], kind='stable')[:_LOOKED_AT].tolist():
                 if votes[index, number] > 0.0:
                     partners = part.shard.partners(seen, number, poses[index, number])
                     fits[index, number] = partners * math.sqrt(votes[index, number])
-        return cls(question, part, factors, weight, votes, fits, poses)
+        return cls(query, part, factors, weight, votes, fits, poses)
 
     @cached_property
     def _shifts(self) -> Shifts:
-        return Shifts(self.question.walls, self.question.direction, self.factors.tolist())
+        return Shifts(self.query.walls, self.query.direction, self.factors.tolist())
 
     def swept(self, number: int) -> Placements:
-        """Return where walls lay what was seen on a plan, at the best of two scales."""
+        """Return the placements on a plan by correlation of walls, at the two best scales."""
         shard = self.part.shard
         direction = float(shard.direction[number])
         found = self._shifts.best(shard.walls_of(number), direction)
@@ -138,59 +137,59 @@ class _Asked:
         return Placements(found.linear, found.translation, fits).take(best[fits[best] > 0.0])
 
     def voted(self, number: int) -> Placements:
-        """Return where keypoints lay what was seen on a plan, at the best of two scales."""
+        """Return the placements on a plan by keypoints, at the two best scales."""
         own = self.fits[:, number]
         best = np.argsort(-own, kind='stable')[:_OF_A_PLAN]
         return _placements(self.poses[best, number], self.factors[best]).take(own[best] > 0.0)
 
     def compared(self, number: int, placements: Placements) -> float:
-        """Return how well a plan fits by walls and by keypoints, at the best of placements."""
+        """Return the fit of a plan by walls and keypoints, at the best of some placements."""
         if len(placements) == 0:
             return 0.0
         walls = self.part.shard.walls_of(number)
-        fits, aligned = self.question.fitting.laid(walls, placements)
+        fits, aligned = self.query.fitting.laid(walls, placements)
         return float((fits * self._partners(number, aligned)).max())
 
     def roughly(self, number: int, placements: Placements) -> float:
-        """Return how well a plan fits by keypoints, and by walls as far as they were swept."""
+        """Return the fit of a plan by keypoints and by the scores of :meth:`swept`."""
         return float((placements.score * self._partners(number, placements)).max(initial=0.0))
 
     def _partners(self, number: int, placements: Placements) -> NDArray[np.float64]:
-        """Count the keypoints that find a like one at ``C`` placements on a plan, ``(C,)``."""
+        """Return the weighted number of partners at ``C`` placements on a plan, ``(C,)``."""
         poses = np.column_stack([placements.heading, placements.translation]).astype(np.float32)
         found = [
-            self.part.shard.partners(self.question.keypoints.scaled(each), number, pose)
+            self.part.shard.partners(self.query.keypoints.scaled(each), number, pose)
             for each, pose in zip(placements.scale.tolist(), poses, strict=True)
         ]
         return np.array(found, dtype=np.float64)
 
 
-_Plan = tuple[_Asked, int]
+_Plan = tuple[_ShardQuery, int]
 
 
 def proposed(
     parts: Iterable[ShardPlans], seen: Segmentation, scale: ScaleEstimate
 ) -> list[tuple[float, str]]:
-    """Return how well plans fit what was seen, and their paths, best first; see the module."""
-    question = _Question.of(seen, scale)
-    if len(question.keypoints) < 2:
+    """Return fits and paths of plans for a robot map, best first; see the module."""
+    query = _MapQuery.of(seen, scale)
+    if len(query.keypoints) < 2:
         return []
-    asked = [_Asked.of(question, part) for part in parts]
+    queries = [_ShardQuery.of(query, part) for part in parts]
     voted = {
         (each, number): fit
-        for each in asked
+        for each in queries
         for number, fit in enumerate(each.fits.max(axis=0).tolist())
         if fit > 0.0
     }
     leaders = _leaders(voted)
     found = {(each, number): each.compared(number, each.voted(number)) for each, number in leaders}
     if not _stands_out(list(found.values())):
-        swept = [(plan, plan[0].swept(plan[1])) for plan in _possible(asked)]
+        swept = [(plan, plan[0].swept(plan[1])) for plan in _possible(queries)]
         swept.sort(key=lambda row: -row[0][0].roughly(row[0][1], row[1]))
         for (each, number), placements in swept[:_COMPARED]:
             fit = each.compared(number, placements)
             found[each, number] = max(fit, found.get((each, number), 0.0))
-    # What was not compared counts as walls do that lie on walls by chance.
+    # Plans without a comparison of walls get the fit of a chance overlap.
     final = {plan: LEAST * fit for plan, fit in voted.items()}
     final |= {plan: max(fit, final.get(plan, 0.0)) for plan, fit in found.items()}
     ranked = sorted(final.items(), key=lambda item: -item[1])
@@ -198,23 +197,23 @@ def proposed(
 
 
 def _leaders(voted: dict[_Plan, float]) -> list[_Plan]:
-    """Return the plans that keypoints fit best."""
+    """Return the plans with the best fit of keypoints."""
     ranked = sorted(voted, key=lambda plan: -voted[plan])
     near = [plan for plan in ranked if voted[plan] >= _LEADING * voted[ranked[0]]]
     return ranked[: min(max(len(near), _FEWEST), _COMPARED)]
 
 
 def _stands_out(fits: Sequence[float]) -> bool:
-    """Tell whether one of some plans fits much better than the others."""
+    """Return whether one plan fits much better than the others."""
     best, second = sorted([*fits, 1.0, 1.0], reverse=True)[:2]
     return best >= _STANDS_OUT * second
 
 
-def _possible(asked: Iterable[_Asked]) -> list[_Plan]:
-    """Return the plans with most votes that may hold what was seen, those of a size together."""
+def _possible(queries: Iterable[_ShardQuery]) -> list[_Plan]:
+    """Return the plans with most votes that may contain the map, sorted by raster size."""
     rows = [
         (float(votes), each, number)
-        for each in asked
+        for each in queries
         for number, votes in enumerate(each.votes.max(axis=0))
         if each.weight[:, number].any()
     ]
@@ -223,17 +222,15 @@ def _possible(asked: Iterable[_Asked]) -> list[_Plan]:
     return sorted(plans, key=lambda plan: tuple(plan[0].part.shard.shape[plan[1]].tolist()))
 
 
-def _scales(
-    question: _Question, part: ShardPlans
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _scales(query: _MapQuery, part: ShardPlans) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
-    Return the scales to be tried ``(F,)``, and how likely each is for each plan ``(F, N)``.
+    Return the scales to try ``(F,)``, and the likelihood of each for each plan ``(F, N)``.
 
-    Both sides' intervals are as if of independent errors. The plan may be too large, or what was
-    seen too small; what lies outside of a plan by its area alone is impossible.
+    The intervals of map and plan are combined as independent errors. A scale is impossible for a
+    plan whose area is too small for the map.
     """
     plans = np.log([(plan.low, plan.high) for plan in part.plans])
-    own = np.log([question.low, question.high])
+    own = np.log([query.low, query.high])
     middle = own.mean() - plans.mean(axis=1)
     span = np.hypot(np.ptp(own), np.ptp(plans, axis=1))
     first, last = (middle - span / 2.0).min(), (middle + span / 2.0).max()
@@ -241,7 +238,7 @@ def _scales(
     scales = np.linspace(first, last, steps + 1) if steps else np.array([first])
     off = np.abs(scales[:, None] - middle)
     slack = math.log(_SCALE_STEP) / 2.0
-    floor = area_of(question.walls) * np.exp(2.0 * scales)
+    floor = area_of(query.walls) * np.exp(2.0 * scales)
     is_possible = (off <= span / 2.0 + slack) & (_INSIDE * floor[:, None] <= part.shard.area)
     sigma = np.maximum(span / _SPAN, slack)
     return np.exp(scales), np.where(is_possible, np.exp(-0.5 * np.square(off / sigma)), 0.0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A part of a library: the words of some plans, read from disk where they are asked for."""
+"""A shard of a library: the words of some plans, memory-mapped from disk."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ _ARRAYS: dict[str, Any] = {
 
 _VOTES_A_PLAN = 300
 """
-Chosen: pairs of equal words that are followed for each plan, the rarest words first; beyond, time
-grows and what is found does not (docs/sites.md).
+Chosen: average number of pairs of equal words per plan that vote, rarest words first; more cost
+time and do not improve the results (docs/sites.md).
 """
 
 
@@ -51,12 +51,12 @@ class Shard:
     """
     Words of ``N`` plans: ``plan``, ``middle`` and ``bearing`` of ``E`` pairs, ordered by word.
 
-    ``starts (W + 1,)`` is where each word's begin. ``xy``, ``angle`` and ``kind`` are all plans'
-    keypoints, those of a plan from ``firsts (N + 1,)`` on. Lengths and angles are whole numbers
-    of :data:`~fpnet.library.voting.LENGTH_UNIT_M` and ``TURN_UNIT``. ``walls (B,)`` are all
-    plans' packed coarse rasters, those of a plan from ``firsts_of_walls (N + 1,)`` on; each has
-    ``shape (N, 2)`` and ``frame (N, 4)``: cell and corner x, y [m], and yaw [rad]. Most of a
-    plan's walls run in ``direction (N,)`` [rad] or across; ``area (N,)`` [m^2] is what it covers.
+    ``starts (W + 1,)`` is the first pair of each word. ``xy``, ``angle`` and ``kind`` are all
+    plans' keypoints, those of a plan from ``firsts (N + 1,)`` on. Lengths and angles are integers
+    in units of :data:`~fpnet.library.voting.LENGTH_UNIT_M` and ``TURN_UNIT``. ``walls (B,)`` are
+    all plans' packed coarse rasters, those of a plan from ``firsts_of_walls (N + 1,)`` on; each
+    has ``shape (N, 2)`` and ``frame (N, 4)``: cell and corner x, y [m], and yaw [rad]. The
+    dominant wall direction is ``direction (N,)`` [rad], the covered area ``area (N,)`` [m^2].
     """
 
     starts: NDArray[np.int64]
@@ -76,7 +76,7 @@ class Shard:
 
     @classmethod
     def of(cls, plans: Sequence[Keypoints], walls: Sequence[GridMap]) -> Shard:
-        """Return the words of plans, and their coarse rasters."""
+        """Return a shard with the words of plans and their coarse rasters."""
         pairs = [pairs_of_plan(keypoints) for keypoints in plans]
         word = np.concatenate([np.zeros(0, np.int64), *(each.word for each in pairs)])
         order = np.argsort(word, kind='stable')
@@ -102,7 +102,7 @@ class Shard:
         )
 
     def __len__(self) -> int:
-        """Count the plans."""
+        """Return the number of plans."""
         return len(self.firsts) - 1
 
     def walls_of(self, number: int) -> GridMap:
@@ -112,7 +112,7 @@ class Shard:
         Raises
         ------
         LibraryError
-            If it is damaged.
+            If the raster is damaged.
         """
         own = slice(int(self.firsts_of_walls[number]), int(self.firsts_of_walls[number + 1]))
         rows, cols = self.shape[number].tolist()
@@ -124,7 +124,7 @@ class Shard:
         """
         Return each plan's most votes for one placement ``(N,)``, and that one ``(N, 3)``.
 
-        Placements are yaw, x and y of what was seen in the plan's metres.
+        Placements are yaw, x and y of the robot map in the plan's metres.
         """
         asked = pairs_of_query(seen)
         frequency = self.starts[asked.word + 1] - self.starts[asked.word]
@@ -139,9 +139,9 @@ class Shard:
         )  # fmt: skip
 
     def partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
-        """Count the keypoints that find a like one in a plan near ``pose (3,)``; it is moved."""
+        """Return the weighted number of partners in a plan; ``pose (3,)`` is aligned in place."""
         own = slice(int(self.firsts[number]), int(self.firsts[number + 1]))
-        # What is mapped from disk takes a compiled function longer to recognize than to work on.
+        # Numba takes longer to identify the type of a memmap than to process plain arrays.
         xy, angle, kind = np.asarray(self.xy), np.asarray(self.angle), np.asarray(self.kind)
         found: float = count_partners(
             seen.xy, seen.angle, seen.kind, xy[own], angle[own], kind[own], pose, PERIOD
@@ -150,11 +150,11 @@ class Shard:
 
     @property
     def size_bytes(self) -> int:
-        """What it takes on disk, and of memory once all of it was read."""
+        """Size on disk, and in memory once all of it was read."""
         return sum(int(getattr(self, name).nbytes) for name in _ARRAYS)
 
     def save(self, folder: Path, texts: Mapping[str, str]) -> None:
-        """Write the arrays and ``texts`` into a folder, there as a whole or not at all."""
+        """Write the arrays and ``texts`` into a folder, completely or not at all."""
         beside = folder.with_name(f'{folder.name}.part')
         shutil.rmtree(beside, ignore_errors=True)
         beside.mkdir(parents=True)
@@ -187,7 +187,7 @@ class Shard:
         return shard
 
     def _check(self, folder: Path) -> None:
-        """Raise LibraryError where arrays do not fit each other: kernels do not look."""
+        """Raise LibraryError if the arrays are inconsistent: kernels do not check bounds."""
         pairs, points = len(self.plan), len(self.kind)
         is_sound = (
             all(getattr(self, name).dtype == dtype for name, dtype in _ARRAYS.items())
@@ -211,11 +211,11 @@ class Shard:
             and int(self.kind.max(initial=0)) < len(PERIOD)
         )
         if not is_sound:
-            raise LibraryError(f'{folder} is no part of a library; build the library again')
+            raise LibraryError(f'{folder} is not a valid shard; build the library again')
 
 
 def _partitions(bounds: NDArray[np.int64], count: int) -> bool:
-    """Tell whether ``bounds`` cut ``count`` items into pieces."""
+    """Return whether ``bounds`` split ``count`` items into consecutive groups."""
     return bounds[0] == 0 and bounds[-1] == count and bool((np.diff(bounds) >= 0).all())
 
 

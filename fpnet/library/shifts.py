@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where walls that were seen lie best on those of a plan, of all shifts there are.
+Best placement of a robot map's walls on those of a plan, among all shifts.
 
-Doors and corners propose a placement only where some of them were found. Walls need none: on a
-raster of metres, turned so that most walls run along its axes, their correlation at every shift
-is one Fourier transform for each scale and each of four directions.
+Doors and corners propose a placement only if some were found; walls need none. On a raster with
+cells of a metre, rotated so that most walls run along its axes, their correlation at every shift
+is one Fourier transform for each scale and each of four orientations.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from fpnet_core.raster.windows import cells_of
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 
 # Chosen, not measured:
-_CELL_M = 1.0  # walls that are a metre apart are told from each other
-_BLUR_M = 0.6  # as far off may walls be: drawings are stretched, and scales are tried in steps
+_CELL_M = 1.0  # walls a metre apart are distinguished
+_BLUR_M = 0.6  # position error of walls: drawings are stretched, and scales are tried in steps
 # Numerical:
-_MARGIN = 1.25  # a raster is larger than its plan, so that less of what was seen wraps around
-_ROUNDED = 32  # sizes of rasters are multiples of it, so that many plans share one
-_KEPT = 8  # sizes whose spectra of what was seen are kept: some megabytes each
+_MARGIN = 1.25  # raster size over plan size, so that less of the robot map wraps around
+_ROUNDED = 32  # raster sizes are multiples of this, so that many plans share one
+_KEPT = 8  # raster sizes for which the robot map's spectra are cached: some megabytes each
 
 Array = NDArray[np.float64]
 _Spectra = NDArray[np.complex64]
@@ -38,9 +38,9 @@ _Spectra = NDArray[np.complex64]
 @dataclass(frozen=True, eq=False)
 class _Upright:
     """
-    A map on cells of a metre along its walls: which are ``known`` and ``walls``, ``(H, W)`` each.
+    A map on cells of a metre, aligned with its walls: masks ``known`` and ``walls``, ``(H, W)``.
 
-    ``low (2,)`` [m] is the outer corner of the first cell in turned coordinates.
+    ``low (2,)`` [m] is the outer corner of the first cell in rotated coordinates.
     """
 
     low: Array
@@ -49,7 +49,7 @@ class _Upright:
 
     @classmethod
     def of(cls, grid: GridMap, direction: float, factor: float = 1.0) -> _Upright:
-        """Turn a coarse raster by -``direction`` [rad], ``factor`` times as large."""
+        """Rotate a coarse raster by -``direction`` [rad] and scale it by ``factor``."""
         linear = factor * rotation(-direction)
         rows, cols = grid.shape
         ends = [[0, 0], [rows - 1, 0], [0, cols - 1], [rows - 1, cols - 1]]
@@ -64,7 +64,7 @@ class _Upright:
         return cls(low, planes[0], planes[1])
 
     def quarter(self, count: int) -> _Upright:
-        """Return it turned by ``count`` right angles, counter-clockwise."""
+        """Return it rotated by ``count`` right angles, counter-clockwise."""
         size = _CELL_M * np.array(self.known.shape[::-1])
         ends = np.array([self.low, self.low + size]) @ np.rint(rotation(count * np.pi / 2.0)).T
         known, walls = (np.rot90(plane, -count) for plane in (self.known, self.walls))
@@ -72,7 +72,7 @@ class _Upright:
 
 
 def _spread(cells: NDArray[np.int8], A: Array, planes: NDArray[np.bool_]) -> None:
-    """Mark which coarse cells hold a known one, and a wall: ``A (2, 3)`` is x, y of (r, c, 1)."""
+    """Mark coarse cells with known cells, and with walls; ``A (2, 3)`` maps (r, c, 1) to x, y."""
     for plane, mask in zip(planes, (cells != UNKNOWN, cells == OCCUPIED), strict=True):
         r, c = cells_of(mask).T
         x, y = (each[0] * r + each[1] * c + each[2] for each in A)
@@ -82,9 +82,9 @@ def _spread(cells: NDArray[np.int8], A: Array, planes: NDArray[np.bool_]) -> Non
 @dataclass(frozen=True, eq=False)
 class Shifts:
     """
-    What was seen, a coarse raster whose walls run in a ``direction`` [rad], at ``S`` scales.
+    A robot map, a coarse raster whose walls run in ``direction`` [rad], at ``S`` scales.
 
-    It is laid on plans at every shift, in four directions.
+    It is placed on plans at every shift, in four orientations.
     """
 
     walls: GridMap
@@ -93,10 +93,10 @@ class Shifts:
 
     def best(self, plan: GridMap, direction: float) -> Placements:
         """
-        Return where it fits a plan best at each of ``S`` scales, and how well, at most 1.
+        Return the best placement on a plan at each of ``S`` scales, with scores of at most 1.
 
-        That is the correlation of its walls with the plan's, blurred, less the share of its floor
-        that lies outside the plan. The plan's walls run in ``direction`` [rad].
+        The score is the correlation of its walls with the plan's blurred ones, minus the share of
+        its floor outside the plan. The plan's walls run in ``direction`` [rad].
         """
         own = _Upright.of(plan, direction)
         shape = _raster(own.known.shape)
@@ -109,7 +109,7 @@ class Shifts:
         quarter = found.argmax(axis=1)
         scale = np.arange(len(quarter))
         rc = np.column_stack(np.divmod(places.reshape(-1, 4)[scale, quarter], shape[1]))
-        # Shifts beyond the plan are those before its beginning.
+        # Shifts beyond the plan's size are negative shifts that wrapped around.
         rc -= np.where(rc > own.known.shape, shape, 0)
         linear, offset = [], []
         for index, (factor, count) in enumerate(zip(self.factors, quarter, strict=True)):
@@ -121,12 +121,12 @@ class Shifts:
 
     @cached_property
     def _turned(self) -> list[list[_Upright]]:
-        """Each scale's four directions."""
+        """Four orientations per scale."""
         upright = (_Upright.of(self.walls, self.direction, each) for each in self.factors)
         return [[each.quarter(count) for count in range(4)] for each in upright]
 
     def _spectra(self, shape: tuple[int, int]) -> tuple[_Spectra, _Spectra]:
-        """Return the spectra of walls and of floor of all scales and directions, on a raster."""
+        """Return the spectra of walls and floor at all scales and orientations, on a raster."""
         if shape not in self._made:
             if len(self._made) == _KEPT:
                 del self._made[next(iter(self._made))]
@@ -141,18 +141,18 @@ class Shifts:
 
 
 def _raster(shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return the size of the raster for a plan of a shape."""
+    """Return the raster size for the shape of a plan."""
     rows, cols = (_ROUNDED * -(-int(_MARGIN * side + 2) // _ROUNDED) for side in shape)
     return rows, cols
 
 
 def _planes(seen: _Upright, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Return weights (2, H, W) whose sums over a plan are the correlation and the floor in it."""
+    """Return weights (2, H, W) whose sums over a plan are wall correlation and floor inside."""
     is_wall = seen.walls[seen.known]
     floor = seen.known & ~seen.walls
     weight = (seen.walls - is_wall.mean()) / (is_wall.std() + 1e-6) / len(is_wall)
     planes = np.array([weight * seen.known, floor / max(int(floor.sum()), 1)], np.float32)
-    # What is larger than the raster, as by rays through windows, wraps around.
+    # Parts beyond the raster, e.g. from rays through windows, wrap around.
     (rows, cols), (high, wide) = seen.known.shape, shape
     whole = np.pad(planes, ((0, 0), (0, -rows % high), (0, -cols % wide)))
     folded = whole.reshape(2, -(-rows // high), high, -(-cols // wide), wide)
@@ -160,7 +160,7 @@ def _planes(seen: _Upright, shape: tuple[int, int]) -> NDArray[np.float32]:
 
 
 def _plan_spectra(plan: _Upright, shape: tuple[int, int]) -> _Spectra:
-    """Return the spectra (2, H, W / 2 + 1) of a plan's walls, of variance one, and its floor."""
+    """Return the spectra (2, H, W / 2 + 1) of a plan's walls, with unit variance, and floor."""
     rows, cols = plan.known.shape
     planes = np.zeros((2, *shape), np.float32)
     planes[0, :rows, :cols], planes[1, :rows, :cols] = plan.walls, plan.known

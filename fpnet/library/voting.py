@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Votes of equal words for plans and for where what was seen lies in them, compiled."""
+"""Compiled voting: equal words of map and plans vote for plans and placements on them."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry.voxels import HASH_FACTOR
 
-# Numerical: cells of the table that a plan's votes are counted in. Two placements may share one;
-# both tables, whose cells lie apart by half a step, seldom agree on that:
+# Numerical: size of the hash tables of a plan's votes. Different placements may collide in one
+# table, but seldom in both, as their bins are offset by half a step:
 _TABLE_BITS = 12
 _TABLE = 1 << _TABLE_BITS
 _HASH_SHIFT = np.uint64(64 - _TABLE_BITS)
-_OFFSET = 4096  # numerical: makes places in steps positive; plans are smaller
-_DIRECTIONS = 4096  # numerical: of which the sine is kept, less than a tenth of a degree apart
-# Chosen, what counts as the same placement:
+_OFFSET = 4096  # numerical: makes bin indices positive; plans span fewer bins
+_DIRECTIONS = 4096  # numerical: entries of the sine table, less than 0.1 degrees apart
+# Chosen: bins of placements, in position [m] and headings per turn:
 _STEP_M = 1.5
 _TURNS = 24
-# Chosen, how near partners are at first and then [m], and how alike they are turned [rad]:
+# Chosen: largest distance of partners, later and in the first round [m], and angle [rad]:
 _REACH_M, _FIRST_REACH_M = 0.6, 1.0
 _ALIKE_RAD = 0.45
-_ROUNDS = 3  # numerical: each lays the keypoints on their partners
+_ROUNDS = 3  # numerical: iterations, each aligns the keypoints with their partners
 
-# Numerical: of all directions and a quarter more, so that it holds cosines, too.
+# Numerical: a full turn and a quarter more, so that it also holds cosines.
 _SINES = np.sin(np.arange(_DIRECTIONS * 5 // 4) * 2.0 * np.pi / _DIRECTIONS).astype(np.float32)
 
 LENGTH_UNIT_M = 0.01
-"""Numerical: places are kept in whole centimetres."""
+"""Numerical: positions are stored in whole centimetres."""
 
 _TURN = 65536  # numerical: units of a full turn
 TURN_UNIT = 2.0 * np.pi / _TURN
-"""Numerical: angles are kept in sixteen bits."""
+"""Numerical: angles are stored in sixteen bits."""
 
 
 @numba.njit(cache=True, nogil=True)
@@ -51,13 +51,13 @@ def count_votes(
     """
     Return for each plan the most votes for one placement ``(N,)``, and that one ``(N, 3)``.
 
-    Placements are yaw, x and y of what was seen in the plan's own metres.
+    Placements are yaw, x and y of the robot map in the plan's own metres.
 
     Parameters
     ----------
-    starts : (W + 1,) where the pairs of each word begin
+    starts : (W + 1,) index of the first pair of each word
     plan, middle, bearing : (E,), (E, 2), (E,) of all plans' pairs, ordered by word
-    word, weight, asked_middle, asked_bearing : (Q,), (Q,), (Q, 2), (Q,) of what was seen
+    word, weight, asked_middle, asked_bearing : (Q,), (Q,), (Q, 2), (Q,) of the robot map's pairs
     plans : N
     """
     ends, yaws, places, votes = _by_plan(
@@ -97,9 +97,9 @@ def _by_plan(
     plans: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
     """
-    Return all pairs of equal words, those of a plan together, so that its table stays near.
+    Return all pairs of equal words, grouped by plan so that its table stays in the cache.
 
-    Where each plan's end, the yaw in units and the x, y [m] that each says, and its weight.
+    The arrays: end of each plan's group; yaw in units, x, y [m] and weight of each vote.
     """
     ends = np.zeros(plans + 1, np.int64)
     for q in range(len(word)):
@@ -126,7 +126,7 @@ def _by_plan(
 
 @numba.njit(cache=True, nogil=True, inline='always')
 def _cell(yaw: int, x: float, y: float, half: int) -> np.int64:
-    """Return the cell of a placement in the table of whole or of half steps."""
+    """Return the cell of a placement in a table, ``half`` 1 for bins offset by half a step."""
     shift = np.float32(0.5 * half)
     turn = (yaw * _TURNS + half * (_TURN // 2)) // _TURN % _TURNS
     col = np.int64(np.floor(x / np.float32(_STEP_M) + shift)) + _OFFSET
@@ -147,14 +147,14 @@ def count_partners(
     period: NDArray[np.float32],
 ) -> float:
     """
-    Return how many keypoints find a like one in a plan, each by its nearness, 0 to 1.
+    Return the number of keypoints with a partner in a plan, weighted 0 to 1 by distance.
 
     Parameters
     ----------
-    xy, angle, kind : (K, 2), (K,), (K,) of what was seen
+    xy, angle, kind : (K, 2), (K,), (K,) of the robot map
     plan_xy, plan_angle, plan_kind : (L, 2), (L,), (L,) of the plan, in the units above
-    pose : (3,) yaw, x, y to begin with; it is written over by where partners are nearest
-    period : (3,) of angles by kind
+    pose : (3,) initial yaw, x, y; overwritten by the aligned pose
+    period : (3,) period of angles by kind
     """
     yaw, tx, ty = float(pose[0]), float(pose[1]), float(pose[2])
     found = 0.0

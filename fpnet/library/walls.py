@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Walls and floor on a coarse raster, and how well those of two maps fit each other.
+Walls and floor on a coarse raster, and the fit of two such rasters.
 
-Doors and corners of cluttered rooms are found in any large plan by chance. Walls tell: they are
-compared by their correlation over what was seen, which is nought where only chance lays walls on
-walls, however many of them a plan has.
+In a large plan, doors and corners of cluttered rooms match by chance. The correlation of walls
+over the observed area decides: its expectation for chance overlaps is zero, however many walls a
+plan has.
 """
 
 from __future__ import annotations
@@ -30,31 +30,31 @@ from fpnet_core.raster.pixels import xy_to_rc
 from fpnet_core.segmentation.moved import rescaled
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
-# Chosen: edge of a cell [m], about that of a thick wall; plans take two kilobytes so.
+# Chosen: edge of a cell [m], about a thick wall; a plan then takes two kilobytes.
 _CELL_M = 0.25
-_MOST_POINTS = 1500  # numerical: cells of what was seen that are compared
-# Chosen: drawings are stretched by some per cent, and scales are tried in steps of six.
-_FREEDOM = AlignmentPrior(0.03)
-_MARGIN_M = 2.0  # numerical: further than placements are moved and walls are looked for
+_MOST_POINTS = 1500  # numerical: cells of the robot map that are compared
+# Chosen: drawings are stretched by some per cent, and scales are tried in steps of six per cent.
+_PRIOR = AlignmentPrior(0.03)
+_MARGIN_M = 2.0  # numerical: more than alignment moves placements and searches walls
 LEAST = 0.01
-"""Numerical: what fits worse than chance keeps the order of its keypoints."""
+"""Numerical: lower bound of the fit of walls; at the bound, the keypoints decide the order."""
 
 
 def plan_walls(segmentation: Segmentation, factor: float = 1.0) -> GridMap:
-    """Return a plan that was cut into rooms as :func:`coarse` does: floor is where rooms are."""
+    """Return the coarse raster of a segmented plan, see :func:`coarse`; rooms are the floor."""
     return coarse(segmentation, interior_of(segmentation), factor)
 
 
 def seen_walls(segmentation: Segmentation, factor: float = 1.0) -> GridMap:
-    """Return what a robot has seen as :func:`coarse` does: floor is all that is free."""
+    """Return the coarse raster of a robot map, see :func:`coarse`; free space is the floor."""
     return coarse(segmentation, segmentation.grid.cells == FREE, factor)
 
 
 def coarse(segmentation: Segmentation, floor: NDArray[np.bool_], factor: float) -> GridMap:
     """
-    Return ``floor (H, W)`` and the walls beside it, ``factor`` times as large, around the middle.
+    Return ``floor (H, W)`` and the walls beside it as a coarse raster, scaled by ``factor``.
 
-    A cell that holds wall is wall; cells are about a quarter of a metre wide.
+    A cell that contains wall is wall; cells are about 0.25 m wide; the map's middle is the origin.
     """
     grid = segmentation.grid
     step = max(1, round(_CELL_M / (grid.resolution * factor)))
@@ -74,30 +74,30 @@ def coarse(segmentation: Segmentation, floor: NDArray[np.bool_], factor: float) 
 
 
 def direction_of(walls: GridMap) -> float:
-    """Return the direction that most walls run in, or across [rad], below a right angle."""
+    """Return the dominant wall direction [rad], modulo a right angle."""
     turned, _ = dominant_orientation(walls.cells == OCCUPIED)
     return float((turned + walls.T_frame_grid.yaw) % (np.pi / 2.0))
 
 
 def area_of(walls: GridMap) -> float:
-    """Return how much is known [m^2]."""
+    """Return the known area [m^2]."""
     return float(np.count_nonzero(walls.cells != UNKNOWN)) * walls.resolution**2
 
 
 def packed(walls: GridMap) -> bytes:
-    """Return the cells in few bytes: which are wall, and which are known."""
+    """Return the compressed cells: a plane of walls and a plane of known cells."""
     planes = walls.cells == OCCUPIED, walls.cells != UNKNOWN
     return zlib.compress(b''.join(np.packbits(plane).tobytes() for plane in planes), 9)
 
 
 def unpacked(data: bytes, shape: tuple[int, int]) -> NDArray[np.int8]:
     """
-    Return the cells ``shape`` of :func:`packed`.
+    Return the cells of :func:`packed`, with their ``shape``.
 
     Raises
     ------
     LibraryError
-        If they are others.
+        If the data are damaged.
     """
     size = shape[0] * shape[1]
     try:
@@ -105,7 +105,7 @@ def unpacked(data: bytes, shape: tuple[int, int]) -> NDArray[np.int8]:
         planes = np.unpackbits(bits, axis=1, count=size).reshape(2, *shape).view(np.bool_)
     except (zlib.error, ValueError) as error:
         raise LibraryError(
-            f'walls of a plan are damaged ({error}); build the library again'
+            f'the walls of a plan are damaged ({error}); build the library again'
         ) from error
     return np.where(planes[0], OCCUPIED, np.where(planes[1], FREE, UNKNOWN)).astype(np.int8)
 
@@ -113,10 +113,10 @@ def unpacked(data: bytes, shape: tuple[int, int]) -> NDArray[np.int8]:
 @dataclass(frozen=True, eq=False)
 class SeenWalls:
     """
-    What was seen, to be compared with many plans.
+    A robot map, prepared for the comparison with many plans.
 
-    ``points (P, 2)`` [m] are some of its known cells and ``distance (P,)`` [m] how far from each
-    the nearest wall is.
+    ``points (P, 2)`` [m] are samples of its known cells and ``distance (P,)`` [m] their distances
+    to the nearest wall.
     """
 
     evidence: MapEvidence
@@ -125,7 +125,7 @@ class SeenWalls:
 
     @classmethod
     def of(cls, walls: GridMap) -> SeenWalls:
-        """Return the walls and floor of a coarse raster."""
+        """Prepare the walls and floor of a coarse raster."""
         known = np.argwhere(walls.cells != UNKNOWN)
         known = known[:: max(1, len(known) // _MOST_POINTS)]
         evidence = map_evidence(walls)
@@ -136,14 +136,14 @@ class SeenWalls:
         self, plan: GridMap, candidates: Placements
     ) -> tuple[NDArray[np.float64], Placements]:
         """
-        Return how well each of ``C`` placements fits a plan's coarse raster, ``(C,)``, above 0.
+        Return the fits ``(C,)`` > 0 of ``C`` placements on a plan's coarse raster, aligned.
 
-        They are first moved to where walls lie on walls, which is returned, too. The correlation
-        of both maps' walls, less the share of seen floor that lies outside the plan, counts for
-        more where what was seen covers more of the plan: chance does less there.
+        Placements are first aligned to the walls and returned as well. The fit is the correlation
+        of both maps' walls minus the share of observed floor outside the plan, times the scale: a
+        map that covers more of the plan fits less by chance.
         """
         fields = _fields(_around(plan, _at(candidates, self.evidence.corners)))
-        aligned = refine(fields, self.evidence.walls, candidates, _FREEDOM, ROUGH)
+        aligned = refine(fields, self.evidence.walls, candidates, _PRIOR, ROUGH)
         violation = agreement(fields, self.evidence, aligned, WALL_SIGMA_M).free_violation
         scale = aligned.scale
         own = np.exp(-0.5 * np.square(scale[:, None] * self.distance / WALL_SIGMA_M))
@@ -153,13 +153,13 @@ class SeenWalls:
 
 
 def _at(placements: Placements, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where ``C`` placements put points (P, 2), as (C, P, 2)."""
+    """Return the points (P, 2) at ``C`` placements, as (C, P, 2)."""
     placed = np.einsum('cij,pj->cpi', placements.linear, points)
     return np.asarray(placed + placements.translation[:, None])
 
 
 def _around(plan: GridMap, points: NDArray[np.float64]) -> GridMap:
-    """Return the part of a plan around points (C, P, 2), at least a cell: fields take time."""
+    """Return the part of a plan around points (C, P, 2), at least a cell, to save time."""
     rc = plan.xy_to_rc(points.reshape(-1, 2))
     margin = _MARGIN_M / plan.resolution
     last = np.array(plan.shape) - 1
@@ -170,7 +170,7 @@ def _around(plan: GridMap, points: NDArray[np.float64]) -> GridMap:
 
 
 def _fields(plan: GridMap) -> MapEvidence:
-    """Return the evidence of a coarse raster as far as it is asked for: without samples."""
+    """Return the evidence of a coarse raster, without the samples, which are not needed."""
     known = plan.cells != UNKNOWN
     nothing = np.zeros((0, 2))
     return MapEvidence(
@@ -188,7 +188,7 @@ def _fields(plan: GridMap) -> MapEvidence:
 
 
 def _likelihood_at(plan: MapEvidence, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the plan's wall likelihood at points (C, P, 2), as (C, P); none outside of it."""
+    """Return the plan's wall likelihood at points (C, P, 2), as (C, P); 0 outside the plan."""
     field = plan.wall_likelihood(WALL_SIGMA_M)
     rc = np.rint(points @ plan.A_rc_xy[:, :2].T + plan.A_rc_xy[:, 2]).astype(np.int64)
     is_inside = ((rc >= 0) & (rc < field.shape)).all(axis=-1)
@@ -197,7 +197,7 @@ def _likelihood_at(plan: MapEvidence, points: NDArray[np.float64]) -> NDArray[np
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the correlation (C,) of rows (C, P); 0 where one of them is the same everywhere."""
+    """Return the correlation (C,) of rows (C, P); 0 if one of them is constant."""
     a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
     norm = np.sqrt(np.square(a).sum(axis=1) * np.square(b).sum(axis=1))
     return np.asarray((a * b).sum(axis=1) / np.maximum(norm, 1e-9), dtype=np.float64)

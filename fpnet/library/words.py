@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Pairs of keypoints as words: how far apart, and how each is turned towards the other.
+Pairs of keypoints as words: quantized distance and direction of each towards the other.
 
-A word stays the same wherever a map lies and however it is turned, and each pair of equal words
-says how one map would have to be laid on the other: geometric hashing (Lamdan and Wolfson, 1988)
-with oriented points.
+A word does not depend on the pose of a map, and each pair of equal words implies a placement of
+one map on the other: geometric hashing (Lamdan and Wolfson, 1988) with oriented points.
 """
 
 from __future__ import annotations
@@ -19,29 +18,31 @@ from numpy.typing import NDArray
 from fpnet.library.keypoints import KINDS, PERIOD, Keypoints
 
 # Chosen, not measured:
-# Pairs are so far apart: nearer ones are alike everywhere, farther ones stretch too much [m].
+# Distances of pairs [m]: nearer ones are not distinctive, farther ones vary with the scale.
 _NEAREST_M, _FARTHEST_M = 0.8, 9.0
-# Width of a step of distance [m]: drawings are stretched by some per cent.
+# Bin of distance [m]: drawings are stretched by some per cent.
 _STEP_M = 0.3
-# Steps of a full turn, of 30 degrees.
+# Angle bins per turn, 30 degrees each.
 _TURNS = 12
-# Nearest partners of a keypoint; what a robot sees misses some, so it asks for more.
+# Nearest partners of a keypoint in plans, and in robot maps, where some keypoints are missing.
 _PARTNERS, _ASKED_PARTNERS = 6, 10
 
 _STEPS = int((_FARTHEST_M - _NEAREST_M) / _STEP_M) + 1  # numerical
-_TURNS_OF = np.array([_TURNS // 2, _TURNS, _TURNS])  # given, by kind: doors repeat after a half
+_TURNS_OF = np.array(
+    [_TURNS // 2, _TURNS, _TURNS]
+)  # given, by kind: doors repeat after 180 degrees
 _NEIGHBOURS = np.array(list(itertools.product((0, 1), repeat=3)))  # given: corners of a cube
 
 WORDS = KINDS * KINDS * _STEPS * _TURNS * _TURNS
-"""Numerical: how many words there are; most of them never occur."""
+"""Numerical: number of possible words; most never occur."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
     """
-    Words of a map, ``word (P,)``, and where their pairs are.
+    Words of a map, ``word (P,)``, and the positions of their pairs.
 
-    ``middle (P, 2)`` [m] and ``bearing (P,)`` [rad] from the first to the second keypoint.
+    Midpoint ``middle (P, 2)`` [m] and ``bearing (P,)`` [rad] from first to second keypoint.
     """
 
     word: NDArray[np.int64]
@@ -49,12 +50,12 @@ class Pairs:
     bearing: NDArray[np.float32]
 
     def __len__(self) -> int:
-        """Count the words."""
+        """Return the number of words."""
         return len(self.word)
 
 
 def pairs_of_plan(keypoints: Keypoints) -> Pairs:
-    """Return each pair of near keypoints once."""
+    """Return the word of each pair of near keypoints once."""
     ends = _near(keypoints, _PARTNERS)
     kind = keypoints.kind[ends]
     ends = np.where((kind[:, :1] > kind[:, 1:]), ends[:, ::-1], ends)
@@ -64,9 +65,9 @@ def pairs_of_plan(keypoints: Keypoints) -> Pairs:
 
 def pairs_of_query(keypoints: Keypoints) -> Pairs:
     """
-    Return what a pair may be called in a plan's index: up to sixteen words for each.
+    Return the possible words of each pair in a plan's index, up to sixteen.
 
-    Both neighbours of a place between two steps are taken, and both orders of two like keypoints.
+    They include both nearest bins per axis, and both orders of two keypoints of the same kind.
     """
     ends = _near(keypoints, _ASKED_PARTNERS)
     both = np.concatenate([ends, ends[:, ::-1]])
@@ -78,7 +79,7 @@ def pairs_of_query(keypoints: Keypoints) -> Pairs:
 
 
 def _near(keypoints: Keypoints, partners: int) -> NDArray[np.int64]:
-    """Return each pair ``(P, 2)`` of keypoints of which one is among the other's nearest."""
+    """Return the pairs ``(P, 2)`` of keypoints of which one is among the other's nearest."""
     if len(keypoints) < 2:
         return np.zeros((0, 2), dtype=np.int64)
     apart = keypoints.xy[:, None] - keypoints.xy[None]
@@ -97,7 +98,7 @@ def _near(keypoints: Keypoints, partners: int) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class _Features:
-    """Pairs with their ``places (P, 3)`` on the axes of words, in steps, and their ``kinds``."""
+    """Pairs with their coordinates ``places (P, 3)`` in bins, and their ``kinds``."""
 
     places: NDArray[np.float64]
     kinds: NDArray[np.int64]
@@ -116,7 +117,7 @@ class _Features:
         return cls(places.astype(np.float64), kinds, (first + second) / 2.0, bearing)
 
     def pairs(self, cell: NDArray[np.int64], which: NDArray[np.int64]) -> Pairs:
-        """Return the words of cells ``(P, 3)``; distances beyond the steps have none."""
+        """Return the words of bins ``(P, 3)``; distances out of range have none."""
         is_word = (cell[:, 0] >= 0) & (cell[:, 0] < _STEPS)
         cell, which = cell[is_word], which[is_word]
         kinds = self.kinds[which]

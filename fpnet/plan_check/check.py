@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Will this floorplan serve? Scale, rooms that look alike, simulated drives, and advice."""
+"""Floorplan check: scale, rooms that look alike, simulated drives, and advice."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
-_SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
-_MANY = 0.5  # share of rooms
+_SCALE_OFF = 1.15  # larger estimated factors are reported
+_MANY = 0.5  # share of the rooms that is reported
 
 
 @dataclass(frozen=True)
 class TourResult:
     """
-    One simulated drive, ended by the first claim.
+    One simulated drive, which ends with the first accepted pose.
 
-    ``found_after_m`` is the path to the claim, None where there was none in ``path_m``;
-    ``error_m`` is the claim's, in true metres.
+    ``found_after_m`` is the path length to that pose, None if there was none in ``path_m``;
+    ``error_m`` is its error in true metres.
     """
 
     seed: int
@@ -45,26 +45,26 @@ class TourResult:
 
     @property
     def is_wrong(self) -> bool:
-        """True where the claim was far from the truth."""
+        """Whether the accepted pose was wrong."""
         return self.error_m is not None and self.error_m > WRONG_POSITION_M
 
 
 DriveTour = Callable[[Reading, FpnetConfig, int], TourResult]
 """
-Drives a simulated robot with a seed through the building that a floorplan shows until it is
-localised; raises ConfigError where none can be driven. It comes from the lab, which the core
-does not know.
+Function that drives a simulated robot, with a seed, through the building of a floorplan until it
+is localized. It raises ConfigError if no drive is possible. The lab package provides it; this
+package does not depend on the lab.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class PlanCheck:
     """
-    All findings on a floorplan; ``advice`` says in sentences what to make of them.
+    All findings on a floorplan; ``advice`` states in sentences what to do.
 
-    ``scale`` is what its rooms and doors say, in true metres per metre of the segmentation's
-    grid, and ``drawn`` what is known of its drawing's. Where the ``verdict`` is that it was
-    misread, nothing else was looked at.
+    ``scale`` is estimated from rooms and doors, in true metres per metre of the segmentation's
+    grid; ``drawn`` is the scale of the drawing. If the ``verdict`` is that the drawing was
+    misread, nothing else was checked.
     """
 
     segmentation: Segmentation
@@ -78,11 +78,11 @@ class PlanCheck:
 
     @property
     def is_readable(self) -> bool:
-        """Tell whether nothing speaks against using the floorplan, or its user accepts it."""
+        """Whether there is no objection to the floorplan, or the user accepted it."""
         return self.verdict.is_usable
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
+        """Return a JSON-serializable mapping."""
         rooms = self.segmentation.rooms
         return {
             'verdict': self.verdict.as_json(),
@@ -122,19 +122,18 @@ def check_plan(
     on_step: Callable[[float], None] = lambda _: None,
 ) -> PlanCheck:
     """
-    Check a floorplan before a robot moves.
+    Check a floorplan before a robot drives.
 
-    One that was misread is looked at no further: whatever else might be said is about a title
-    block.
+    A misread drawing is not checked further: the findings would be about a title block.
 
     Parameters
     ----------
-    reading : the drawing as it was read
-    config : the configuration tree of the localizer that will use it
-    seeds : of the simulated drives, one each
-    drive : drives one of them
-    asked : what was typed, for the next commands
-    on_step : is told of finished steps, one more than drives
+    reading : the parsed drawing
+    config : configuration of the localizer that will use it
+    seeds : seeds of the simulated drives
+    drive : function that simulates one drive
+    invocation : command line, for the next commands
+    on_step : called with 1 after each step; there is one step more than drives
 
     """
     segmentation = reading.segmented(config.segmentation)
@@ -174,7 +173,7 @@ def _driven(
 
 
 def expected_path_m(tours: tuple[TourResult, ...]) -> float | None:
-    """Return the median path to a right claim; None where half of the drives had none."""
+    """Return the median path to a correct pose; None if half of the drives had none."""
     paths = [
         np.inf if tour.found_after_m is None or tour.is_wrong else tour.found_after_m
         for tour in tours
@@ -188,7 +187,7 @@ def _advice(check: PlanCheck) -> list[str]:
         return []
     said = [*_on_scale(check), *_on_doors(check), *_on_twins(check), *_on_tours(check)]
     if not said and not check.verdict.reasons:
-        said = ['Nothing speaks against this floorplan.']
+        said = ['No problem found with this floorplan.']
     return said
 
 
@@ -196,15 +195,15 @@ def _on_scale(check: PlanCheck) -> list[str]:
     scale, drawn = check.scale, check.drawn
     if not drawn.is_known:
         return [
-            f'Nobody states the scale of this drawing; it is {said_of_scale(drawn)}. A localizer '
-            'searches all scales between these, and finds its way sooner where you give one '
-            'length: --length X1,Y1,X2,Y2=METRES.'
+            f'The drawing states no scale: {said_of_scale(drawn)}. The localizer searches the '
+            'whole interval; it localizes sooner if you measure one length: '
+            '--length X1,Y1,X2,Y2=METRES.'
         ]
     is_off = max(scale.factor, 1.0 / scale.factor) > _SCALE_OFF
     if is_off and not scale.low <= 1.0 <= scale.high:
         size = 'small' if scale.factor > 1.0 else 'large'
         return [
-            f'Doors, rooms and walls suggest that the plan is drawn too {size}: true metres are '
+            f'Doors, rooms and walls suggest that the plan is drawn too {size}: true lengths are '
             f'about {scale.factor:.2f} times those on the plan ({scale.low:.2f} to '
             f'{scale.high:.2f} with 90 %). Check its resolution.'
         ]
@@ -218,8 +217,8 @@ def _on_doors(check: PlanCheck) -> list[str]:
     doored = ways | {room for portal in segmentation.portals for room in portal.rooms}
     if not doored:
         return [
-            'No door was found. If doors are drawn closed or as arcs, erase them: an opening in '
-            'the wall is what a robot sees.'
+            'No door was found. If doors are drawn closed or as arcs, erase them: a robot sees '
+            'an opening in the wall.'
         ]
     shut = [room for room in rooms if room not in doored]
     if shut and len(rooms) > 1:
@@ -233,8 +232,8 @@ def _on_twins(check: PlanCheck) -> list[str]:
     if similarity.whole:
         turns = ', '.join(f'{abs(twin.turn_deg):.0f}' for twin in similarity.whole)
         said.append(
-            f'The whole plan looks the same moved or turned (by {turns} degrees): no drive can '
-            'tell which is which. Draw what differs, or give an initial pose.'
+            f'The whole plan looks the same when moved or rotated (by {turns} degrees): no drive '
+            'resolves this. Draw the differences, or give an initial pose.'
         )
     if len(similarity.alone) > _MANY * total:
         said.append(
@@ -244,8 +243,8 @@ def _on_twins(check: PlanCheck) -> list[str]:
     if similarity.with_neighbours:
         rooms = sorted(similarity.with_neighbours)
         said.append(
-            f'{_rooms(rooms)}: like another place even with the rooms behind the doors. From '
-            'there the robot must drive further, or start elsewhere.'
+            f'{_rooms(rooms)}: like another place even with the adjacent rooms. Start elsewhere, '
+            'or expect a longer drive.'
         )
     return said
 
@@ -258,39 +257,39 @@ def _on_tours(check: PlanCheck) -> list[str]:
     wrong = sum(tour.is_wrong for tour in tours)
     if wrong:
         said.append(
-            f'{wrong} of {len(tours)} simulated drives ended in a wrong place: do not rely on '
+            f'{wrong} of {len(tours)} simulated drives ended with a wrong pose: do not rely on '
             'this plan without an initial pose.'
         )
     found = sum(tour.found_after_m is not None for tour in tours) - wrong
     if tours and (path := expected_path_m(tours)) is not None:
         said.append(
-            f'In {found} of {len(tours)} simulated drives the robot was found, typically after '
-            f'{path:.0f} m.'
+            f'In {found} of {len(tours)} simulated drives the robot was localized, typically '
+            f'after {path:.0f} m.'
         )
     elif tours and not wrong:
         longest = max(tour.path_m for tour in tours)
         said.append(
             f'In {found} of {len(tours)} simulated drives of up to {longest:.0f} m the robot was '
-            'found: expect long searches on this plan.'
+            'localized: expect long searches on this plan.'
         )
     return said
 
 
 def _rooms(ids: list[int]) -> str:
-    """Return ``Room 3`` or ``Rooms 3, 4``, a dozen at most."""
+    """Return ``Room 3`` or ``Rooms 3, 4``, at most twelve numbers."""
     named = ', '.join(map(str, ids[:12])) + (' and more' if len(ids) > 12 else '')
     return f'Rooms {named}' if len(ids) > 1 else f'Room {named}'
 
 
 def room_note(check: PlanCheck, room: int) -> str:
-    """Return what is to be known of a room in a few words, empty for a room like no other."""
+    """Return a short note on the twins of a room, empty for a unique room."""
     twins = check.similarity.with_neighbours.get(room)
-    words = 'with its neighbours looks like' if twins else 'from inside looks like'
+    words = 'even with its neighbours, looks like' if twins else 'from inside, looks like'
     twins = twins or check.similarity.alone.get(room)
     if not twins:
         return ''
     others = sorted({twin.other for twin in twins} - {room})
     parts = [f'room {other}' for other in others]
     if any(twin.other == room for twin in twins):
-        parts.append('itself turned')
+        parts.append('itself rotated')
     return f'{words} {", ".join(parts)}'

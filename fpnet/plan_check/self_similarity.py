@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which rooms of a floorplan look like others: the plan matched with itself, identity left out.
+Rooms of a floorplan that look alike: the plan matched with itself, without the identity.
 
-A room, alone or with the rooms behind its doors, is cut out of the plan as a robot would have
-mapped it, laid on every room of like size in four directions and aligned to the walls there. The
-judge weighs these places as it weighs a robot's: one against which it would not claim the true
-place is a twin.
+A room, alone or with its adjacent rooms, is cropped from the plan as a robot would have mapped
+it, placed on every room of similar size in four orientations and aligned to the walls there. The
+placement scorer rates these placements like a robot's. A placement is a twin if the scorer would
+not accept the true place against it.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ Array = NDArray[np.float64]
 
 # Chosen, not measured:
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
-_WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
-_FREEDOM = AlignmentPrior(anisotropy_sigma=0.005)  # one drawing is drawn to one scale
+_WALL_REACH_M = 0.35  # margin that is cropped with a room: its walls
+_PRIOR = AlignmentPrior(anisotropy_sigma=0.005)  # a drawing has one scale
 _MAX_REFINED = 64  # numerical
 _RANKED_BY = 250  # numerical: wall samples
 _MAX_TWINS = 12  # numerical
@@ -49,9 +49,9 @@ class Twin:
     """
     Another place that looks the same.
 
-    ``room`` lies on ``other`` (the same room where it only looks the same turned) when the plan
-    is turned by ``turn_deg``; ``probability`` is this place's where it might be this one or the
-    true one: half where nothing tells them apart.
+    ``room`` lies on ``other`` (the same room if it is only rotated) when the plan is rotated by
+    ``turn_deg``. ``probability`` is that of this place against the true one: 0.5 if nothing
+    distinguishes them.
     """
 
     room: int
@@ -65,7 +65,7 @@ class SelfSimilarity:
     """
     Twins by room id, for rooms that have any: of the room alone, and with its neighbours.
 
-    ``whole`` are the ways in which the whole plan lies on itself.
+    ``whole`` are the placements of the whole plan on itself.
     """
 
     alone: dict[int, tuple[Twin, ...]]
@@ -74,7 +74,7 @@ class SelfSimilarity:
 
 
 def self_similarity(plan: PreparedMap, global_localizer: GlobalLocalizer) -> SelfSimilarity:
-    """Return what looks alike on a plan; nothing for a plan with one room that fits once."""
+    """Return the twins of the rooms and of the whole plan; empty for one unique room."""
     segmentation = plan.segmentation
     search = _Search(plan, global_localizer)
     alone: dict[int, tuple[Twin, ...]] = {}
@@ -93,13 +93,13 @@ def self_similarity(plan: PreparedMap, global_localizer: GlobalLocalizer) -> Sel
 
 
 def neighbours(segmentation: Segmentation, room: int) -> set[int]:
-    """Return the rooms behind the doors of a room."""
+    """Return the ids of the rooms behind the doors of a room."""
     pairs = [portal.rooms for portal in segmentation.portals if room in portal.rooms]
     return {side for pair in pairs for side in pair if side is not None and side != room}
 
 
 class _Search:
-    """Lays parts of one plan on all of it."""
+    """Search for other placements of parts of a plan on the same plan."""
 
     def __init__(self, plan: PreparedMap, global_localizer: GlobalLocalizer) -> None:
         self._plan = plan
@@ -109,20 +109,20 @@ class _Search:
         self._frames = _room_frames(plan.segmentation)
 
     def twins(self, rooms: Sequence[int], anchor: int) -> tuple[Twin, ...]:
-        """Return where else ``rooms`` fit such that ``anchor`` lies on a room like it."""
+        """Return the twins of ``rooms`` at which ``anchor`` lies on a room of similar size."""
         part = _mapped(_cut_out(self._plan.segmentation, rooms))
         candidates = self._candidates(anchor)
         if not len(candidates) or not len(part.evidence.walls):
             return ()
         found = _aligned(self._plan.evidence, part.evidence, candidates, COARSE_SIGMA_M)
-        # The identity leads, so that what is near it falls away.
+        # The identity comes first, so that ``distinct`` drops placements near it.
         both = Placements.of([Affine2D.identity()]).joined(found)
         kept = both.distinct(part.evidence.corners, DISTINCT_M, _MAX_TWINS + 1)
-        verdict = self._scored(part, both.take(kept))
-        is_true = _is_identity(verdict.placements)
-        probability = _against(verdict.weights, is_true)
+        posterior = self._scored(part, both.take(kept))
+        is_true = _is_identity(posterior.placements)
+        probability = _against(posterior.weights, is_true)
         twins = np.flatnonzero((probability > self._least) & ~is_true)
-        made = (self._twin(anchor, verdict.placements[i], probability[i]) for i in twins)
+        made = (self._twin(anchor, posterior.placements[i], probability[i]) for i in twins)
         return tuple(twin for twin in made if twin is not None)
 
     def _scored(self, part: PreparedMap, placements: Placements) -> Posterior:
@@ -131,7 +131,7 @@ class _Search:
         return self._global_localizer.scorer.posterior(self._plan, part, placements, match, 0.0)
 
     def _candidates(self, anchor: int) -> Placements:
-        """Lay the anchor's rectangle on that of every room of like size, four ways each."""
+        """Place the anchor's rectangle on every room of similar size, in four orientations."""
         areas = np.array([room.area_m2 for room in self._plan.segmentation.rooms])
         centres, yaws = self._frames
         ratio = areas / areas[anchor]
@@ -143,7 +143,7 @@ class _Search:
         return Placements(linear, target - linear @ centres[anchor])
 
     def _twin(self, anchor: int, placed: Placement, probability: float) -> Twin | None:
-        """Name the room below; None where the anchor comes to lie outside all rooms."""
+        """Return the twin with the room below; None if the anchor lies outside all rooms."""
         A = placed.A_plan_submap
         below = _room_at(self._plan.segmentation, A.apply(self._frames[0][anchor]))
         if below is None:
@@ -153,7 +153,7 @@ class _Search:
 
 
 def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
-    """Centres ``(R, 2)`` and directions ``(R,)`` of the rooms' smallest rectangles."""
+    """Return centres ``(R, 2)`` and angles ``(R,)`` of the rooms' minimum-area rectangles."""
     rectangles = [cv2.minAreaRect(room.polygon.astype(np.float32)) for room in segmentation.rooms]
     centres = np.array([rectangle[0] for rectangle in rectangles], dtype=np.float64)
     angles = np.deg2rad([rectangle[2] for rectangle in rectangles])
@@ -161,24 +161,24 @@ def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
 
 
 def _is_identity(placements: Placements) -> NDArray[np.bool_]:
-    """Tell which placements ``(C,)`` leave everything where it is."""
+    """Return the mask ``(C,)`` of identity placements."""
     is_unturned = (placements.linear == np.eye(2)).all(axis=(1, 2))
     return np.asarray(is_unturned & (placements.translation == 0.0).all(axis=1))
 
 
 def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
-    """Return each place's probability ``(C,)`` where it might be this one or the true one."""
+    """Return each placement's probability ``(C,)`` against the true one alone."""
     return np.asarray(1.0 / (1.0 + np.exp(weights[is_true] - weights)))
 
 
 def _mapped(grid: GridMap) -> PreparedMap:
-    """Return a part of the plan as a robot's map of it."""
+    """Return a part of the plan, prepared as a robot map."""
     side, _ = prepare_submap(submap_from_grid(grid), SubmapSegmenter(), StageTimer())
     return side
 
 
 def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:
-    """Return some rooms with their walls, unknown around them."""
+    """Return a crop of some rooms with their walls; cells around them are unknown."""
     grid = segmentation.grid
     inside = np.isin(segmentation.labels, np.asarray(rooms) + 1)
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
@@ -194,9 +194,9 @@ def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:
 def _aligned(
     plan: MapEvidence, part: MapEvidence, candidates: Placements, sigma_m: float
 ) -> Placements:
-    """Return the most promising candidates aligned to the walls where they lie, best first."""
-    rough = _ranked(plan, part, refine(plan, part.walls, candidates, _FREEDOM, ROUGH), sigma_m)
-    fine = refine(plan, part.walls, rough.take(slice(_MAX_REFINED)), _FREEDOM, FINE)
+    """Return the best candidates, aligned to the walls below them, best first."""
+    rough = _ranked(plan, part, refine(plan, part.walls, candidates, _PRIOR, ROUGH), sigma_m)
+    fine = refine(plan, part.walls, rough.take(slice(_MAX_REFINED)), _PRIOR, FINE)
     return _ranked(plan, part, fine, sigma_m)
 
 

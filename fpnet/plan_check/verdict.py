@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether a drawing, as it was read, will serve as a floorplan; why not, where, and what to do.
+Verdict on a parsed drawing: whether it is usable as a floorplan, why not, where, what to do.
 
-Every command and node that checks a plan asks :func:`verdict_of`. The reader's doubts need no
-scale. Here the scale counts as well: areas and door widths of no building, a scale that rooms
-and doors deny, and one that is too uncertain to be searched.
+Every command and node that checks a plan calls :func:`verdict_of`. Parser warnings do not use the
+scale. The checks here do: implausible room areas and door widths, a scale that contradicts rooms
+and doors, and one that is too uncertain to be searched.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import UNKNOWN, Region, Segmentation
 
 _ROOM_M2 = (4.0, 200.0)
-"""Physical: the middle room of real buildings has 10 to 60 m²."""
+"""Physical: the median room of real buildings has 10 to 60 m²."""
 _DOOR_M = (0.5, 2.5)
-"""Physical: the middle door of real buildings is 0.8 to 1.2 m wide, openings counted."""
-_GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: of the floor in one of at least so many rooms
-_GIANT_M2 = 400.0  # physical: a hall; a larger room that no door leads into is the paper
-_UNKNOWN_SHARE = 0.5  # chosen: of what lies within the building
+"""Physical: the median door of real buildings, with openings, is 0.8 to 1.2 m wide."""
+_GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: floor share of one room, least number of rooms
+_GIANT_M2 = 400.0  # physical: a hall; a larger room without a door is the paper
+_UNKNOWN_SHARE = 0.5  # chosen: share of the cells within the building
 _UNSURE = 2.25
-"""Chosen: largest over smallest scale. It is what `fpnet bench localization` tries as
-`unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and where every robot is found.
-Of sheets that were read rightly it is 1.5 to 2.2; what is less sure may be any building."""
+"""Chosen: largest over smallest scale. `fpnet bench localization` tests this range as
+`unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and localizes every robot.
+Correctly parsed sheets have 1.5 to 2.2; a wider interval would fit any building."""
 
 
 class Fitness(StrEnum):
-    """Whether a drawing, as it was read, will serve."""
+    """Usability of a parsed drawing as a floorplan."""
 
     FIT = 'fit'
     DOUBTFUL = 'doubtful'
@@ -52,14 +52,14 @@ class Fitness(StrEnum):
 @dataclass(frozen=True)
 class Reason:
     """
-    Something that speaks against using a plan.
+    An objection to a plan.
 
     Parameters
     ----------
-    what : in words
+    what : description
     next : what to do about it
-    places : boxes on the drawing in its pixels; none where it is everywhere
-    is_scale : only the scale is meant
+    places : boxes on the drawing in its pixels; empty if it concerns the whole drawing
+    is_scale : it concerns the scale only
     """
 
     what: str
@@ -68,7 +68,7 @@ class Reason:
     is_scale: bool = False
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
+        """Return a JSON-serializable mapping."""
         return {
             'what': self.what,
             'next': self.next,
@@ -79,7 +79,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class PlanVerdict:
-    """Whether a plan will serve; ``accepted`` is why its user takes it in spite of ``reasons``."""
+    """Usability of a plan; ``accepted`` is the user's reason to use it despite ``reasons``."""
 
     fitness: Fitness
     reasons: tuple[Reason, ...] = ()
@@ -87,16 +87,16 @@ class PlanVerdict:
 
     @property
     def is_usable(self) -> bool:
-        """Tell whether nothing speaks against the plan, or its user accepts it."""
+        """Whether there is no objection, or the user accepted the plan."""
         return self.fitness is Fitness.FIT or bool(self.accepted)
 
     @property
     def is_read(self) -> bool:
-        """Tell whether at most the scale is in doubt, or the user accepts the plan."""
+        """Whether all objections concern the scale, or the user accepted the plan."""
         return bool(self.accepted) or all(reason.is_scale for reason in self.reasons)
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
+        """Return a JSON-serializable mapping."""
         return {
             'fitness': self.fitness.value,
             'usable': self.is_usable,
@@ -105,18 +105,18 @@ class PlanVerdict:
         }
 
     def headlines(self) -> list[str]:
-        """Return what speaks against the plan, a line each, or why it is accepted."""
+        """Return the objections, one line each, or the reason of acceptance."""
         if self.accepted:
             return [f'accepted: {self.accepted}']
         return [f'{self.fitness.value}: {reason.what}' for reason in self.reasons]
 
     def said_of_file(self, name: str) -> str:
-        """Return why a file of that name will not serve, in one line."""
+        """Return in one line why the file ``name`` is not usable."""
         why = '; '.join(reason.what for reason in self.reasons)
         return f'{name}: {self.fitness.value}: {why}; next: {self.reasons[0].next}'
 
     def lines(self) -> Iterator[str]:
-        """Yield what to tell a user; nothing of a plan that is fit."""
+        """Yield the lines to print; none for a plan that is fit."""
         if self.accepted:
             yield from self.headlines()
             return
@@ -128,7 +128,7 @@ class PlanVerdict:
 
 
 FIT = PlanVerdict(Fitness.FIT)
-"""Of a plan that nothing speaks against."""
+"""Verdict without objections."""
 
 
 def verdict_of(
@@ -139,15 +139,15 @@ def verdict_of(
     picture: str = '',
 ) -> PlanVerdict:
     """
-    Return whether a plan will serve.
+    Return the verdict on a plan.
 
     Parameters
     ----------
-    reading : the drawing as it was read
+    reading : the parsed drawing
     segmentation : rooms and doors of its grid
-    asked : what was typed, for the next commands
-    told : what its rooms, doors and walls say of its scale
-    picture : of how it was read, where there is one
+    invocation : command line, for the next commands
+    told : scale estimated from its rooms, doors and walls
+    picture : path of the plot of the parse, if there is one
     """
     invocation = invocation or Invocation()
     is_other = _is_no_floorplan(reading, segmentation)
@@ -183,22 +183,22 @@ def _reasons(
         for what in scale_faults(reading.scale, segmentation, told):
             yield Reason(what, measure, is_scale=True)
     if is_unsure(reading.scale):
-        what = f'its scale is unsure: {said_of_scale(reading.scale)}'
+        what = f'its scale is uncertain: {said_of_scale(reading.scale)}'
         yield Reason(what, f'measure one length: {measure}', is_scale=True)
 
 
 def _remedy(reading: Reading, invocation: Invocation, look: str) -> str:
     """Return what to do about rooms that may have been misread."""
     crop = invocation.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
-    part = f'if another part of the sheet was read: {crop}'
+    part = f'if the wrong part of the sheet was read: {crop}'
     if reading.drawing.format == MAP_FORMAT:
-        part = 'a map of map_server is taken as it is: change its image, thresholds or resolution'
-    accept = f'if it was read rightly: {invocation.again("--accept", "REASON")}'
+        part = 'a map_server map is used as it is: change its image, thresholds or resolution'
+    accept = f'if it was read correctly: {invocation.again("--accept", "REASON")}'
     return '; '.join([*([look] if look else []), part, accept])
 
 
 def _is_no_floorplan(reading: Reading, segmentation: Segmentation) -> bool:
-    """Tell whether a drawing shows no building, rather than one that was read badly."""
+    """Return whether a drawing shows no building, rather than a misread one."""
     if reading.drawing.format == MAP_FORMAT:
         return False
     if not segmentation.rooms:
@@ -207,26 +207,26 @@ def _is_no_floorplan(reading: Reading, segmentation: Segmentation) -> bool:
 
 
 def is_unsure(scale: DrawingScale) -> bool:
-    """Tell whether nobody states a scale, and its interval is too wide to be searched."""
+    """Return whether no scale is stated and its interval is too wide to be searched."""
     return not scale.is_known and scale.high_m > _UNSURE * scale.low_m
 
 
 def _implausible(
     segmentation: Segmentation, is_measured: bool
 ) -> Iterator[tuple[str, Sequence[Region]]]:
-    """Yield what no building is like, and the rooms that are meant."""
+    """Yield implausible properties, each with the rooms concerned."""
     rooms = segmentation.rooms
     if not rooms:
         cell_m = segmentation.grid.resolution
         yield (
-            f'no room was found at {cell_m:.3g} m per cell: is the scale right, and are negate, '
-            f'mode and thresholds of a map of map_server? ({segmentation.reason})',
+            f'no room was found at {cell_m:.3g} m per cell: check the scale and, for a '
+            f'map_server map, negate, mode and thresholds ({segmentation.reason})',
             (),
         )
         return
     areas = np.array([room.area_m2 for room in rooms])
     share, largest = float(areas.max() / areas.sum()), rooms[int(areas.argmax())]
-    # A room of true metres with a door is a hall. Without a scale it may be the paper as well.
+    # With a known scale, a large room with a door is a hall. Without one it may be the paper.
     ways = rooms_with_ways_out(segmentation) if is_measured else set()
     doored = ways | {room for portal in segmentation.portals for room in portal.rooms}
     is_hall = is_measured and largest.id in doored
@@ -244,27 +244,29 @@ def _implausible(
 def scale_faults(
     scale: DrawingScale, segmentation: Segmentation, told: ScaleEstimate
 ) -> tuple[str, ...]:
-    """Return what speaks against a scale: sizes of no building, another scale that is told."""
-    # Of one room its gate, which is of a gate's size at this scale, tells more than its area.
+    """Return contradictions to a scale: implausible sizes, or another estimated scale."""
+    # For a single hall, a gate of plausible width outweighs the area.
     is_hall = len(segmentation.rooms) == 1 and bool(rooms_with_ways_out(segmentation))
-    return (*_mismeasured(segmentation), *_wide_scales(scale, told, is_hall))
+    return (*_mismeasured(segmentation), *_scale_conflicts(scale, told, is_hall))
 
 
 def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
-    """Say which areas and widths are those of no building, at the scale that was taken."""
+    """Yield median room areas and door widths that are implausible at this scale."""
     area = float(np.median([room.area_m2 for room in segmentation.rooms]))
     if len(segmentation.rooms) >= _FEW_ROOMS and not _ROOM_M2[0] <= area <= _ROOM_M2[1]:
-        yield f'its middle room has {area:.3g} m²: no building at this scale'
+        yield f'its median room has {area:.3g} m²: implausible at this scale'
     widths = [portal.width_m for portal in segmentation.portals]
     width = float(np.median(widths)) if widths else math.nan
     if widths and not _DOOR_M[0] <= width <= _DOOR_M[1]:
-        yield f'its middle door is {width:.2g} m wide: no building at this scale'
+        yield f'its median door is {width:.2g} m wide: implausible at this scale'
 
 
-def _wide_scales(scale: DrawingScale, told: ScaleEstimate, is_single_hall: bool) -> Iterator[str]:
-    """Say by how much a stated scale is off, where that is beyond doubt."""
+def _scale_conflicts(
+    scale: DrawingScale, told: ScaleEstimate, is_single_hall: bool
+) -> Iterator[str]:
+    """Yield the conflict of a stated scale with the estimated one, if it is certain."""
     if scale.is_known and told.is_scale_conflict and not is_single_hall:
-        yield f'{told.said_at(scale.resolution_m)}, and {said_of_scale(scale)}'
+        yield f'{told.said_at(scale.resolution_m)}, but {said_of_scale(scale)}'
 
 
 def _unknown_share(segmentation: Segmentation) -> float:
@@ -276,7 +278,7 @@ def _unknown_share(segmentation: Segmentation) -> float:
 
 
 def _box(reading: Reading, room: Region) -> Box:
-    """Return the box around a room in pixels of the drawing."""
+    """Return the bounding box of a room in pixels of the drawing."""
     outline = map_points(np.linalg.inv(reading.H_plan_image), room.polygon)
     first, last = np.floor(outline.min(axis=0)), np.ceil(outline.max(axis=0))
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a run or a floorplan check looks like to people: one HTML file that needs no network."""
+"""Reports of runs and floorplan checks, each one HTML file that needs no network."""
 
 from fpnet.report.exports import write_run_exports
 from fpnet.report.record import RunRecord

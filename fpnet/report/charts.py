@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The plotly figures of a run report; the page's script moves them through time."""
+"""Plotly figures of a run report; the page's script updates them over time."""
 
 from __future__ import annotations
 
@@ -42,13 +42,17 @@ _SHOWN_POSES = 3000  # numerical: of a line
 _STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'align')
 _STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
-_LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = 0.98, 1.3, 2.0  # of ticks; the first compiles loops
-_AROUND_M = 1.0  # shown around the rooms at first
+_LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = (
+    0.98,
+    1.3,
+    2.0,
+)  # of update durations; the first one compiles
+_AROUND_M = 1.0  # margin of the rooms in the initial view
 _MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
 
 
 def plan_figure(record: RunRecord) -> go.Figure:
-    """Return the floorplan with its fixed traces and, by name, the empty ones for a moment."""
+    """Return the floorplan with its fixed traces and empty ones that the script fills."""
     figure = go.Figure()
     show_regions(figure, record.plan, segmentation_picture(record.plan))
     add_rooms(figure, record.plan)
@@ -61,7 +65,7 @@ def plan_figure(record: RunRecord) -> go.Figure:
     for rank in reversed(range(SHOWN_PLACEMENTS)):
         symbol = PLACEMENT_SYMBOLS[rank]
         marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 4 if not rank else 5}
-        name = 'best placement' if rank == 0 else f'rival {rank}'
+        name = 'best placement' if rank == 0 else f'runner-up {rank}'
         _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
     line, marker = {'color': MATCH_COLOUR, 'width': 1}, {'size': 4}
     _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line, marker=marker)
@@ -75,7 +79,7 @@ def plan_figure(record: RunRecord) -> go.Figure:
 
 
 def submap_figure() -> go.Figure:
-    """Return the empty chart of the submap; a moment brings its picture."""
+    """Return the empty chart of the submap, which the script fills."""
     figure = go.Figure()
     _add_moving(figure, 'doors', 'doors', mode='lines', line={'color': _DOOR, 'width': 3})
     _add_moving(figure, 'path', 'path', mode='lines', line={'color': _INK, 'width': 1.5})
@@ -88,7 +92,7 @@ def submap_figure() -> go.Figure:
 
 
 def timeline_figure(record: RunRecord) -> go.Figure:
-    """Return probability over bands of status, errors if there is a truth, and timings."""
+    """Return probability over bands of status, errors with ground truth, and timings."""
     rows = 2 if record.truth is None else 3
     figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
@@ -116,7 +120,7 @@ def timeline_figure(record: RunRecord) -> go.Figure:
 def add_rooms(
     figure: go.Figure, segmentation: Segmentation, notes: Mapping[int, str] | None = None
 ) -> None:
-    """Name the rooms where they are; what they measure, and a note, show below the pointer."""
+    """Label the rooms with their numbers; area and note are shown on hover."""
     rooms, said = segmentation.rooms, notes or {}
     places = [label_xy(room) for room in rooms]
     figure.add_scatter(
@@ -133,7 +137,7 @@ def add_rooms(
 
 
 def add_differences(figure: go.Figure, found: Differences) -> None:
-    """Draw what differs from the drawing, a line each; furniture where somebody asks for it."""
+    """Draw the differences, one line each; the legend switches furniture on."""
     for kind, colour in DIFFERENCE_COLOURS.items():
         pieces = [piece for piece in found.pieces if piece.kind is kind and piece.is_likely]
         if not pieces:
@@ -156,7 +160,7 @@ def add_differences(figure: go.Figure, found: Differences) -> None:
 
 
 def show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:
-    """Show a picture of a segmentation with its doors, the rooms filling the chart."""
+    """Show a picture of a segmentation with its doors, zoomed to the rooms."""
     figure.add_layout_image(**picture.as_layout_image())
     x, y = door_lines(segmentation)
     line = {'color': _DOOR, 'width': 2}
@@ -174,7 +178,7 @@ def _add_moving(figure: go.Figure, key: str, name: str, **style: Any) -> None:
 
 
 def equal_axes(figure: go.Figure, frame: str) -> None:
-    """Give both axes one scale and the frame's name."""
+    """Set equal scales of both axes, and label them with the frame."""
     axis = {'showgrid': False, 'zeroline': False, 'constrain': 'domain'}
     figure.update_xaxes(title_text=f'x in {frame} [m]', **axis)
     figure.update_yaxes(title_text=f'y in {frame} [m]', scaleanchor='x', **axis)
@@ -182,7 +186,7 @@ def equal_axes(figure: go.Figure, frame: str) -> None:
 
 
 def thinned(count: int) -> slice:
-    """Return which of so many poses a chart shows: every one, or one in some."""
+    """Return the slice of ``count`` poses that a chart shows."""
     return slice(None, None, max(1, -(-count // _SHOWN_POSES)))
 
 
@@ -202,7 +206,7 @@ def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.flo
         row=1,
         col=1,
     )
-    # After the line: plotly puts no band on a subplot that is still empty.
+    # After the line: plotly adds no band to an empty subplot.
     for status, start, end in _spans(record, times):
         colour = HEX_OF_STATUS[status]
         figure.add_vrect(
@@ -216,7 +220,7 @@ def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.flo
 
 
 def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, float, float]]:
-    """Return status, start and end [s] of each stretch of ticks that agree."""
+    """Return status, start and end [s] of each sequence of updates with equal status."""
     spans, index = [], 0
     for status, ticks in groupby(output.status.value for output in record.outputs):
         following = index + len(list(ticks))
@@ -233,7 +237,7 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
     marker = {'color': '#8c959f', 'symbol': 'x', 'size': 5}
     figure.add_scatter(
         x=times, y=errors, mode='markers', marker=marker,
-        name='best placement, claimed or not', row=2, col=1,
+        name='best placement, accepted or not', row=2, col=1,
     )  # fmt: skip
     figure.add_scatter(
         x=published.time_s[shown],
@@ -258,7 +262,7 @@ def _add_timings(
         durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
         marker = {'color': colour, 'line': {'width': 0}}
         figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
-    figure.update_yaxes(title_text='tick [ms]', row=row, col=1)
+    figure.update_yaxes(title_text='update [ms]', row=row, col=1)
     totals = [sum(output.timings_ms.get(s, 0.0) for s in _STAGES) for output in record.outputs]
     if not totals:
         return
@@ -267,7 +271,7 @@ def _add_timings(
         at = times[int(np.argmax(totals))]
         figure.update_yaxes(range=[0.0, shown], row=row, col=1)
         figure.add_annotation(
-            text=f'the longest, {most:.0f} ms at {at:.0f} s, is cut off', showarrow=False,
+            text=f'longest update: {most:.0f} ms at {at:.0f} s (cut off)', showarrow=False,
             x=1.0, y=1.0, xanchor='right', yanchor='top',
             xref=f'x{row} domain', yref=f'y{row} domain',
         )  # fmt: skip

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A run for other programs: trajectories for evo, maps for map_server, a bag for Foxglove."""
+"""Export of a run: trajectories for evo, maps for map_server, a bag for Foxglove."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def write_run_exports(
     """
     Write a run's trajectories, maps and bag into ``folder``.
 
-    ``poses.tum`` holds every published pose in the floorplan's frame and nominal metres,
-    ``covariances.csv`` theirs, ``odometry.tum`` the sensor's path. ``map.yaml`` is the floorplan
-    at the scale that the last placement found, ``submap.yaml`` the last submap, placed in the same
-    frame if the robot was localised at the end. ``run.mcap`` holds all of it over time; of a run
-    with many ticks every submap that the report shows. Files of an earlier run are replaced.
+    ``poses.tum`` holds all published poses in the plan frame and nominal metres,
+    ``covariances.csv`` their covariances, ``odometry.tum`` the sensor's path. ``map.yaml`` is the
+    floorplan at the scale of the last placement, ``submap.yaml`` the last submap, in the same
+    frame if the robot is localized at the end. ``run.mcap`` holds all of it over time, of long
+    runs only the submaps in the report. Existing files are replaced.
 
     Parameters
     ----------
-    folder : is created
+    folder : output folder, created if missing
     plan : the floorplan that was used
-    outputs : all ticks, time order
-    published : poses given out, plan frame, nominal metres
+    outputs : all updates in time order
+    published : published poses, plan frame, nominal metres
     covariances : (S, 3, 3) of their x, y [m] and yaw [rad]
     odometry : the sensor's path in ``odom``
     """
@@ -65,22 +65,22 @@ def write_run_exports(
         write_map(placed_submap(last, last.submap, frame), folder / 'submap.yaml')
     with TemporaryDirectory(dir=folder) as scratch:
         bag = Path(scratch) / 'run'
-        said = zip(_rigid(published.mapped(frame.A_map_plan)), covariances, strict=True)
-        _write_bag(bag, replace(scaled, frame=_MAP), outputs, said, odometry, frame)
+        stamped = zip(_rigid(published.mapped(frame.A_map_plan)), covariances, strict=True)
+        _write_bag(bag, replace(scaled, frame=_MAP), outputs, stamped, odometry, frame)
         next(bag.glob('*.mcap')).replace(folder / 'run.mcap')
 
 
 def final_map_frame(plan: GridMap, outputs: tuple[LocalizerOutput, ...]) -> MapFrame:
-    """Return the frame ``map`` with the scale of the last claimed placement."""
+    """Return the frame ``map`` with the scale of the last accepted placement."""
     frame = MapFrame(plan)
-    claimed = [o.A_plan_odom for o in outputs if o.A_plan_odom is not None]
-    if claimed:
-        frame = frame.followed(claimed[-1])
+    accepted = [o.A_plan_odom for o in outputs if o.A_plan_odom is not None]
+    if accepted:
+        frame = frame.followed(accepted[-1])
     return frame
 
 
 def placed_submap(output: LocalizerOutput, submap: Submap, frame: MapFrame) -> GridMap:
-    """Return the submap's grid in ``map`` if the tick claims a placement, else in ``odom``."""
+    """Return the submap's grid in ``map`` if the update is localized, else in ``odom``."""
     grid = _in_odom(submap)
     if output.A_plan_odom is None:
         return grid
@@ -92,30 +92,30 @@ def _write_bag(
     path: Path,
     scaled: GridMap,
     outputs: tuple[LocalizerOutput, ...],
-    said: Iterable[tuple[tuple[int, NDArray[np.float64]], NDArray[np.float64]]],
+    stamped: Iterable[tuple[tuple[int, NDArray[np.float64]], NDArray[np.float64]]],
     odometry: PlanarTrajectory,
     frame: MapFrame,
 ) -> None:
-    """Write the bag; ``said`` are stamps, poses in ``map`` and covariances on the plan."""
+    """Write the bag; ``stamped`` are stamps, poses in ``map`` and covariances on the plan."""
     first = [*odometry.stamps_ns[:1].tolist(), *(output.stamp_ns for output in outputs[:1])]
     with BagWriter(path, storage='mcap') as bag:
         bag.write_grid('/map', min(first, default=0), scaled)
         for stamp_ns, T_odom_sensor in _rigid(odometry):
             bag.write_odometry('/odometry', stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
             bag.write_transform(TF_TOPIC, stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
-        for (stamp_ns, T_map_sensor), cov_plan in said:
+        for (stamp_ns, T_map_sensor), cov_plan in stamped:
             cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
             bag.write_uncertain_pose(_TWIN, stamp_ns, _MAP, T_map_sensor, cov)
         with_submap = set(shown_ticks(outputs))
         for index, output in enumerate(outputs):
-            _write_belief(bag, output, frame)
+            _write_state(bag, output, frame)
             if index in with_submap and output.submap is not None:
                 grid = _in_odom(output.submap)
                 bag.write_grid('/localizer/submap', output.stamp_ns, grid)
 
 
-def _write_belief(bag: BagWriter, output: LocalizerOutput, frame: MapFrame) -> None:
+def _write_state(bag: BagWriter, output: LocalizerOutput, frame: MapFrame) -> None:
     bag.write_text('/localizer/status', output.stamp_ns, output.status.value)
     bag.write_number('/localizer/probability', output.stamp_ns, output.probability)
     if 'total' in output.timings_ms:

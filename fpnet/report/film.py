@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A run as a short moving picture: the submap grows, and snaps onto the floorplan."""
+"""Animation of a run: the submap grows, and moves onto the floorplan."""
 
 from __future__ import annotations
 
@@ -28,32 +28,32 @@ from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, S
 _SIZE = (880, 500)  # width and height
 _PLAN_BOX, _SUBMAP_BOX = Box(14, 48, 540, 438), Box(580, 48, 286, 438)
 _FRAME_MS, _HOLD_MS, _END_MS = 110, 700, 2500
-_STEPS = 60  # numerical: ticks that are drawn of a long run
-_FLIGHT = 16  # frames of the submap's way onto the floorplan
+_STEPS = 60  # numerical: updates that are drawn of a long run
+_FLIGHT = 16  # frames of the submap's motion onto the floorplan
 _PALETTE = 255  # numerical: colours of the file
-_NEARLY_WHITE = 245  # a mean of whites and smooth edges
+_NEARLY_WHITE = 245  # lighter palette colours, averaged with smooth edges, become white
 _WALL, _TRAIL, _TEXT = (40, 90, 190), (31, 119, 180), (40, 40, 40)
-_FADED = 0.45  # opacity of the floorplan's rooms beside white
+_FADED = 0.45  # opacity of the floorplan's rooms on white
 _LINE_PX = 3
-_STATUS_PX = 250  # right of the title of the floorplan
+_STATUS_PX = 250  # offset from the title of the floorplan
 
 
 def write_film(path: Path, record: RunRecord) -> None:
     """
     Write a run as an animated GIF; its folder is created.
 
-    Left is the floorplan as it was drawn, with the walls of the submap where the best placements
-    put them, right the submap in the colours of the rooms it is matched with. With the first
-    claim it flies to its place.
+    The left side shows the floorplan with the walls of the submap at the best placements, the
+    right side the submap in the colours of its matched rooms. When the robot is first localized,
+    the submap moves to its placement.
 
     Raises
     ------
     FpnetError
-        If no tick of the run has a submap.
+        If no update of the run has a submap.
     """
     shown = [each for each in record.outputs if each.segmentation is not None]
     if not shown:
-        raise FpnetError(f'{path}: no submap to show: too little was seen to compare')
+        raise FpnetError(f'{path}: no submap to show: too little was observed')
     frames, durations = zip(*_frames(_Film(record, shown), shown), strict=True)
     palette = _common_palette(frames)
     images = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
@@ -65,7 +65,7 @@ def write_film(path: Path, record: RunRecord) -> None:
 
 
 class _Film:
-    """What stays the same from picture to picture."""
+    """Renderer of frames; holds what all frames share."""
 
     def __init__(self, record: RunRecord, shown: list[LocalizerOutput]) -> None:
         self.record = record
@@ -84,13 +84,13 @@ class _Film:
         A = self.A_px_plan @ column_to_xy(plan.grid.T_frame_grid, plan.grid.resolution)
         sheet.picture(picture.astype(np.uint8), np.ones(plan.grid.shape), A, _PLAN_BOX)
         sheet.text((_PLAN_BOX.x, 14), 'floorplan', _TEXT)
-        sheet.text((_SUBMAP_BOX.x, 14), 'what the robot has seen', _TEXT)
+        sheet.text((_SUBMAP_BOX.x, 14), 'submap of the robot', _TEXT)
         return sheet
 
     def picture(self, output: LocalizerOutput, flown: float | None = None) -> Image.Image:
-        """Return the picture of a tick; ``flown`` in [0, 1] is where the submap is on its way."""
+        """Return the frame of an update; ``flown`` in [0, 1] is the submap's progress."""
         sheet = self.background.copy()
-        assert output.submap is not None  # only such ticks are shown
+        assert output.submap is not None  # only such updates are shown
         A_px_submap = self.A_px_odom @ output.submap.T_odom_submap
         self._submap(sheet, output, A_px_submap, 1.0)
         sheet.arrow(*self._robot(output, A_px_submap), _TEXT)
@@ -106,16 +106,16 @@ class _Film:
         self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D, opacity: float
     ) -> None:
         sub = output.segmentation
-        assert sub is not None  # only such ticks are shown
+        assert sub is not None  # only such updates are shown
         image = painted(sub, partner_colours(sub, output.match))
         known = (sub.grid.cells != UNKNOWN) * opacity
         cells = column_to_xy(sub.grid.T_frame_grid, sub.grid.resolution)
         sheet.picture(image, known, A @ cells)
 
     def _placements(self, sheet: PictureSheet, output: LocalizerOutput) -> None:
-        """Draw the claimed placement with its path and robot, or else all that are likely."""
+        """Draw the accepted placement with path and robot, or else the best placements."""
         submap = output.submap
-        assert submap is not None  # only such ticks are shown
+        assert submap is not None  # only such updates are shown
         if output.A_plan_odom is not None:
             A = self.A_px_plan @ output.A_plan_odom @ submap.T_odom_submap
             self._walls(sheet, output, A, _WALL)
@@ -134,7 +134,7 @@ class _Film:
     def _walls(
         self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D, colour: tuple[int, ...]
     ) -> None:
-        assert output.submap is not None  # only such ticks are shown
+        assert output.submap is not None  # only such updates are shown
         grid = output.submap.grid
         walls = grid.cells == OCCUPIED
         image = np.broadcast_to(np.array(colour, np.uint8), (*grid.shape, 3))
@@ -144,8 +144,8 @@ class _Film:
     def _robot(
         self, output: LocalizerOutput, A_px_submap: Affine2D
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where the robot is on the picture, and which way it looks."""
-        assert output.submap is not None  # only such ticks are shown
+        """Return the robot's position on the frame, and its heading vector."""
+        assert output.submap is not None  # only such updates are shown
         place = A_px_submap.apply(output.submap.path_xy[-1])
         yaw = self.record.heading(output) or 0.0
         return place, A_px_submap.linear @ np.array([np.cos(yaw), np.sin(yaw)])
@@ -158,10 +158,12 @@ class _Film:
 
 
 def _frames(film: _Film, shown: list[LocalizerOutput]) -> Iterator[tuple[Image.Image, int]]:
-    """Yield pictures and how long each of them stands [ms]."""
-    claimed = next((k for k, each in enumerate(shown) if each.status is Status.LOCALIZED), None)
-    for k in _drawn(len(shown), claimed):
-        if k == claimed:
+    """Yield frames and their durations [ms]."""
+    first_localized = next(
+        (k for k, each in enumerate(shown) if each.status is Status.LOCALIZED), None
+    )
+    for k in _drawn(len(shown), first_localized):
+        if k == first_localized:
             yield film.picture(shown[k], 0.0), _HOLD_MS
             for step in range(1, _FLIGHT):
                 yield film.picture(shown[k], step / _FLIGHT), _FRAME_MS // 2
@@ -169,17 +171,17 @@ def _frames(film: _Film, shown: list[LocalizerOutput]) -> Iterator[tuple[Image.I
         yield film.picture(shown[k]), _END_MS if k == len(shown) - 1 else _FRAME_MS
 
 
-def _drawn(count: int, claimed: int | None) -> list[int]:
-    """Return which ticks are drawn: evenly spaced ones, the first claim and the last one."""
+def _drawn(count: int, first_localized: int | None) -> list[int]:
+    """Return the updates to draw: evenly spaced ones, the first localized and the last one."""
     chosen = set(np.linspace(0, count - 1, min(count, _STEPS)).astype(int).tolist())
-    return sorted(chosen | ({claimed} if claimed is not None else set()))
+    return sorted(chosen | ({first_localized} if first_localized is not None else set()))
 
 
 def on_the_way(A_start: Affine2D, A_end: Affine2D, share: float) -> Affine2D:
     """
-    Return a map between two, ``share`` in [0, 1] of the way, slow at both ends.
+    Interpolate between two maps at ``share`` in [0, 1], slow at both ends.
 
-    It turns and grows about the places of the origin, as nothing does that is mixed by entries.
+    Rotation and scale are interpolated as such: mixing matrix entries would distort the submap.
     """
     eased = share * share * (3.0 - 2.0 * share)
     between = A_end @ A_start.inv()
@@ -190,21 +192,21 @@ def on_the_way(A_start: Affine2D, A_end: Affine2D, share: float) -> Affine2D:
 
 
 def _seen(output: LocalizerOutput) -> NDArray[np.float64]:
-    """Return what the robot has seen, in ``odom``."""
-    assert output.submap is not None  # only such ticks are shown
+    """Return the known cells of the submap ``(P, 2)``, in ``odom``."""
+    assert output.submap is not None  # only such updates are shown
     grid = output.submap.grid
     return output.submap.T_odom_submap.apply(grid.rc_to_xy(np.argwhere(grid.cells != UNKNOWN)))
 
 
 def _pieces(xy: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
-    """Yield a path in pieces where it jumps, as it does where a pose follows other walls."""
+    """Yield a path in pieces, split at jumps, where the pose was corrected."""
     jumps = np.flatnonzero(np.linalg.norm(np.diff(xy, axis=0), axis=1) > 1.0) + 1
     for start, end in pairwise([0, *jumps.tolist(), len(xy)]):
         yield xy[start:end]
 
 
 def _common_palette(frames: tuple[Image.Image, ...]) -> Image.Image:
-    """Return one palette for all pictures, as colours that change would flicker."""
+    """Return one palette for all frames, as changing colours would flicker."""
     some = frames[:: max(1, len(frames) // 6)]
     strip = np.concatenate([np.asarray(frame) for frame in some])
     reduced = Image.fromarray(strip).quantize(_PALETTE, method=Image.Quantize.MEDIANCUT)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A run while it goes on, or again, on a page of this machine: the report's, which grows."""
+"""Live or replayed run on a page of this machine: the report, which grows."""
 
 from __future__ import annotations
 
@@ -27,23 +27,21 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.types import Segmentation
 
 _CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)</script>')
-_TIMELINES = (
-    100  # numerical: charts of so many ticks are sent with each of them, longer ones rarer
-)
+_TIMELINES = 100  # numerical: up to so many updates each one sends the timeline, later fewer do
 
 _SHOWN_MOMENTS = 2 * MAX_MOMENTS
-"""Numerical: of more, every other one is kept, or so: a page may stay open for days."""
+"""Numerical: more are thinned out to about half, as a page may stay open for days."""
 
 
 class LiveRun:
     """
-    A run on a page that grows with it; use it in a ``with`` statement.
+    Live page of a run; use it in a ``with`` statement.
 
     Parameters
     ----------
-    title : of the page
+    title : title of the page
     plan : the floorplan
-    port : on this machine; 0 takes a free one
+    port : port on this machine; 0 takes a free one
 
     Raises
     ------
@@ -58,11 +56,11 @@ class LiveRun:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """URL of the page."""
         return self._server.url
 
     def begin(self, title: str, plan: Segmentation) -> None:
-        """Forget the run, and begin another one on another floorplan; open pages follow."""
+        """Discard the run and begin another one on another floorplan; open pages reload."""
         record = RunRecord(title, '', plan)
 
         def forget() -> None:
@@ -71,7 +69,7 @@ class LiveRun:
         self._server.replace(_growing(record), forget)
 
     def show(self, record: RunRecord, said: str = '') -> None:
-        """Show a run as far as it went; its last tick is new, ``said`` stands for its words."""
+        """Show a run whose last update is new; ``said`` replaces its status line, if any."""
         record = replace(record, title=self._record.title)
         count, new = len(record.outputs), np.s_[len(self._record.published) :]
         if not count:
@@ -94,11 +92,11 @@ class LiveRun:
             self._thin_out()
 
     def say(self, said: str) -> None:
-        """Show a line in the place of the status, until the next tick."""
+        """Show a message in place of the status, until the next update."""
         self._server.tell({'kind': 'said', 'said': said}, partial(setattr, self, '_said', said))
 
     def end(self, said: str) -> None:
-        """Say how the run ended; open pages stay as they are."""
+        """Show how the run ended; open pages stay as they are."""
         self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
     def _take(self, record: RunRecord, shown: dict[str, Any], said: str) -> None:
@@ -130,17 +128,17 @@ class LiveRun:
 
 class RecordedRun:
     """
-    A run's report again, moment by moment, on a page like that of a live one.
+    Replay of a run's report, update by update, on a live page.
 
     Parameters
     ----------
     report : ``report.html`` of ``fpnet localize --out``
-    port : on this machine; 0 takes a free one
+    port : port on this machine; 0 takes a free one
 
     Raises
     ------
     FpnetError
-        If it is no report of a run, or the port is taken.
+        If the file is not a run report, or the port is taken.
     """
 
     def __init__(self, report: Path, port: int) -> None:
@@ -148,25 +146,25 @@ class RecordedRun:
         self._data, self._shown, self._said = content['data'], 0, ''
         self._timeline = content['figures']['timeline']
         if 'moments' not in self._data:
-            raise FpnetError(f'{report} is no report of a run; give the folder of one')
+            raise FpnetError(f'{report} is not the report of a run; give the folder of one')
         empty = self._data | {'moments': [], 'changes': []}
         page = _page(f'{report.parent.name}, recorded', content['figures'], empty)
         self._server = LiveServer(page, self._whole, port)
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """URL of the page."""
         return self._server.url
 
     def __iter__(self) -> Iterator[float]:
-        """Show the moments one after the other, and yield the time [s] of each before it."""
+        """Show the updates one after the other; yield the time [s] of each before it."""
         for index, each in enumerate(self._data['moments']):
             yield each['time_s']
             event = {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
             self._server.tell(event, partial(setattr, self, '_shown', index + 1))
 
     def end(self, said: str) -> None:
-        """Say that it is over."""
+        """Show that the replay has ended."""
         self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
     def _changes(self, until_s: float) -> list[Any]:
@@ -189,12 +187,12 @@ class RecordedRun:
 
 def read_content(report: Path) -> dict[str, Any]:
     """
-    Return what a report's page holds: ``figures`` and ``data``.
+    Return the content of a report's page: ``figures`` and ``data``.
 
     Raises
     ------
     FpnetError
-        If the file is missing, or no report of this version.
+        If the file is missing, or not a report of this version.
     """
     try:
         text = report.read_text(encoding='utf-8')
@@ -207,7 +205,7 @@ def read_content(report: Path) -> dict[str, Any]:
         content['figures']['timeline'], content['data']
     except (ValueError, KeyError, TypeError, EOFError, OSError, zlib.error):
         raise FpnetError(
-            f'{report} is no report of a run by this version; make it again with fpnet localize '
+            f'{report} is not a run report of this version; make it again with fpnet localize '
             '--out'
         ) from None
     return content
@@ -218,7 +216,7 @@ def _timeline(record: RunRecord) -> Any:
 
 
 def _growing(record: RunRecord) -> str:
-    """Return the page of a run that nothing is known of but its floorplan."""
+    """Return the page of a run without updates."""
     return _page(record.title, run_figures(record), run_data(record, []))
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The ticks of a run as plain values for the page: what its slider moves through."""
+"""The updates of a run as plain values for the slider of the page."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
 
 MAX_MOMENTS = 90
 """
-Numerical: more ticks than this are thinned out: the file must stay small enough to be mailed.
+Numerical: more updates are thinned out, so that the file stays small enough to be mailed.
 """
 
 # Chosen, not measured:
-SHOWN_PLACEMENTS = 3  # at a moment; where none is claimed, in the film
+SHOWN_PLACEMENTS = 3  # per update; in the film while none is accepted
 _SUBMAP_PX = 380
 _WALL_SAMPLES = 700  # numerical
 _PATH_SAMPLES = 400  # numerical
 
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
-    """Return the ticks to step through, time order; empty for a run without ticks."""
+    """Return the updates of the slider in time order; empty for a run without updates."""
     return [moment(record, record.outputs[index]) for index in shown_ticks(record.outputs)]
 
 
 def changes(record: RunRecord) -> list[dict[str, Any]]:
-    """Return all ticks whose status is another than before, and why; the first among them."""
+    """Return all updates at which the status changes, with reasons, including the first one."""
     found: list[dict[str, Any]] = []
     for output in record.outputs:
         if not found or found[-1]['status'] != output.status.value:
-            found.append(_said(record, output))
+            found.append(_state(record, output))
     return found
 
 
-def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
+def _state(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
     return {
         'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
         'status': output.status.value,
@@ -53,13 +53,13 @@ def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
 
 
 def shown_ticks(outputs: Sequence[LocalizerOutput]) -> list[int]:
-    """Return indices of the ticks to step through: of those that have their maps still."""
+    """Return the indices of the slider's updates, among those that still have their maps."""
     whole = [index for index, output in enumerate(outputs) if not is_brief(output)]
     return [whole[k] for k in chosen_ticks([outputs[index].status.value for index in whole])]
 
 
 def chosen_ticks(statuses: Sequence[str]) -> list[int]:
-    """Return indices of evenly spaced ticks; those where the status changes come first."""
+    """Return the indices of evenly spaced updates; status changes have priority."""
     if len(statuses) <= MAX_MOMENTS:
         return list(range(len(statuses)))
     changes = [k for k in range(1, len(statuses)) if statuses[k] != statuses[k - 1]]
@@ -69,9 +69,9 @@ def chosen_ticks(statuses: Sequence[str]) -> list[int]:
 
 
 def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
-    """Return a tick as plain values: what the page shows of it."""
+    """Return an update as plain values for the page."""
     error_m, heading = best_placement_error(record, output), record.heading(output)
-    values: dict[str, Any] = _said(record, output) | {
+    values: dict[str, Any] = _state(record, output) | {
         'heading': None if heading is None else round(heading, 3),
         'error_m': None if error_m is None else round(error_m, 2),
         'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},
@@ -99,7 +99,7 @@ def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
 
 
 def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
-    """Return the best placements: the affine map as rows of (2, 3), and what it is worth."""
+    """Return the best placements: affine map as rows of (2, 3), score and sigma [m]."""
     is_accepted, sigma_m = output.status is Status.LOCALIZED, None
     if output.covariance is not None:
         sigma_m = round(float(np.sqrt(np.trace(output.covariance.cov[:2, :2]))), 3)
@@ -144,14 +144,14 @@ def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> 
 
 
 def _partners(output: LocalizerOutput) -> dict[int, tuple[int, float]]:
-    """Plan region and score by submap region."""
-    assert output.match is not None  # the caller has looked
+    """Return plan region and score by submap region."""
+    assert output.match is not None  # checked by the caller
     pairs = zip(output.match.pairs.tolist(), output.match.scores.tolist(), strict=True)
     return {sub_id: (plan_id, score) for (plan_id, sub_id), score in pairs}
 
 
 def door_lines(segmentation: Segmentation) -> list[list[float | None]]:
-    """Return all door lines as x and y columns of one broken line."""
+    """Return all door lines as x and y columns, separated by None."""
     x: list[float | None] = []
     y: list[float | None] = []
     for portal in segmentation.portals:

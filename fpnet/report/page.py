@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From figures and values to one HTML page, everything it needs inside."""
+"""Self-contained HTML pages from figures and values."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_page(
     data: Mapping[str, Any] | None = None,
     **values: Any,
 ) -> None:
-    """Render a page, see :func:`page_text`, to ``path``, whose folder is created."""
+    """Write a page, see :func:`page_text`, to ``path``; its folder is created."""
     text = page_text(template, figures, data, **values)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding='utf-8')
@@ -40,10 +40,10 @@ def page_text(
     **values: Any,
 ) -> str:
     """
-    Return a template of this package with its figures, data and values; text is escaped.
+    Render a template of this package with figures, data and values; text is escaped.
 
-    The page's script finds figures by name and ``data``, both packed as :func:`packed` does, and
-    so is the library that draws: a page of a minute's drive is small enough to be mailed.
+    The page's script finds figures by name and ``data``. Both are compressed by :func:`packed`,
+    like the plotting library: the page of a one-minute run is small enough to be mailed.
     """
     environment = Environment(
         loader=PackageLoader('fpnet.report'),
@@ -63,7 +63,7 @@ def page_text(
 
 
 def packed(text: str) -> str:
-    """Return a text compressed by gzip in base64, which no markup can end early."""
+    """Return a text compressed by gzip, in base64, which contains no markup."""
     return base64.b64encode(gzip.compress(text.encode('utf-8'), _LEVEL, mtime=0)).decode('ascii')
 
 

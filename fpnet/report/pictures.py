@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Rasters as embedded pictures whose rows and columns are the axes of their metric frame."""
+"""Rasters as embedded images, resampled to the axes of their metric frame."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from fpnet.viz.segmentation import Colour, painted
 from fpnet_core.raster.pixels import corners_xy
 from fpnet_core.types import GridMap, Segmentation
 
-_COLOURS = 64  # numerical: of the palette that a picture is reduced to
+_COLOURS = 64  # numerical: palette size of an image
 
 
 @dataclass(frozen=True)
 class Picture:
     """
-    A PNG as a data URI and the place of its top left corner in the frame [m], y upwards.
+    A PNG as a data URI with the position of its top left corner in the frame [m], y up.
 
-    ``width`` and ``height`` are in metres, too.
+    ``width`` and ``height`` are in metres.
     """
 
     uri: str
@@ -36,7 +36,7 @@ class Picture:
     height: float
 
     def as_layout_image(self) -> dict[str, object]:
-        """Return the picture as plotly's layouts take it."""
+        """Return the picture as an image of a plotly layout."""
         return {
             'source': self.uri,
             'xref': 'x',
@@ -51,7 +51,7 @@ class Picture:
 
 
 PLAN_PX = 1600
-"""Longest side of a floorplan's picture. Chosen."""
+"""Longest side of a floorplan's image. Chosen."""
 
 
 def segmentation_picture(
@@ -65,9 +65,9 @@ def segmentation_picture(
 
 def grid_picture(grid: GridMap, pixels: NDArray[np.uint8], longest_px: int) -> Picture:
     """
-    Return an image ``(H, W, 3)`` of the grid's cells, turned into the axes of its frame.
+    Return an image ``(H, W, 3)`` of the grid's cells, rotated to the axes of its frame.
 
-    What lies outside the grid is transparent.
+    Pixels outside the grid are transparent.
     """
     corners = corners_xy(grid)
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The page of a floorplan check: segmentation, rooms that look alike, drives, advice."""
+"""Page of a floorplan check: segmentation, rooms that look alike, drives, advice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fpnet_core.types import Segmentation
 
 
 def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
-    """Write the check of the floorplan ``name`` as one HTML file that loads nothing else."""
+    """Write the check of the floorplan ``name`` as one self-contained HTML file."""
     expected_m = expected_path_m(check.tours)
     segmentation, similarity = check.segmentation, check.similarity
     alike = similarity_colours(segmentation, similarity)
@@ -30,8 +30,8 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         'area [m²]': f'{sum(room.area_m2 for room in segmentation.rooms):.0f}',
         'metres per pixel': f'{check.drawn.resolution_m:.4f}',
         'scale factor from doors': f'{check.scale.factor:.2f}',
-        'rooms like another': str(len(similarity.alone)),
-        'even with neighbours': str(len(similarity.with_neighbours)),
+        'rooms that look alike': str(len(similarity.alone)),
+        'even with adjacent rooms': str(len(similarity.with_neighbours)),
         'typical path to a pose [m]': '-' if expected_m is None else f'{expected_m:.1f}',
     }
     rooms = [
@@ -44,7 +44,7 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         'plan.html.j2',
         {'rooms': _figure(segmentation), 'similar': _figure(segmentation, alike, notes)},
         title=f'Floorplan check: {name}',
-        summary='What to know before a robot drives on this floorplan.',
+        summary='Findings and advice, before a robot drives on this floorplan.',
         tiles=list(tiles.items()),
         advice=check.advice,
         verdict=check.verdict,
@@ -58,7 +58,7 @@ def _figure(
     colours: Mapping[int, Colour] | None = None,
     notes: Mapping[int, str] | None = None,
 ) -> go.Figure:
-    """Return the floorplan, its rooms in colours of their own and with notes at the pointer."""
+    """Return the floorplan with its rooms in the given colours, and notes on hover."""
     figure = go.Figure()
     show_regions(figure, segmentation, segmentation_picture(segmentation, colours=colours))
     add_rooms(figure, segmentation, notes)

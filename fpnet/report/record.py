@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a run report is made from, and the errors that can be told from it."""
+"""Input of a run report, and the errors derived from it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
-_STEP_M = 0.2  # chosen: a shorter step says little of the direction
+_STEP_M = 0.2  # chosen: shorter steps give no reliable direction
 
 PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
-"""Of placements' walls in plotly's words, as signs in a text: colours alone do not tell them."""
+"""Plotly symbols of the placements' walls, below as characters: colours are not enough."""
 
 PLACEMENT_SIGNS = ('●', '✕', '△')
 
@@ -31,12 +31,12 @@ class RunRecord:
     """
     A run on one floorplan.
 
-    ``outputs`` are all ticks in time order, ``published`` every pose given out, plan frame,
-    nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
-    truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
-    shown in their order, by name; ``causes`` are likely ones of having no answer, best first.
-    ``odometry`` is the sensor's path in ``odom``, which knows its heading; ``differences``
-    is where the plan and what was seen differ, None where nobody knows.
+    ``outputs`` are all updates in time order, ``published`` all published poses, plan frame,
+    nominal metres. ``truth`` holds true poses in a frame of true metres, None if unknown, and
+    ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are metrics by
+    name, shown in their order; ``causes`` are the likely causes of a failure, most likely first.
+    ``odometry`` is the sensor's path with headings in ``odom``; ``differences`` are those of
+    plan and submap, None if unknown.
     """
 
     title: str
@@ -53,7 +53,7 @@ class RunRecord:
 
     @property
     def start_ns(self) -> int:
-        """Time that the report counts from: the first thing known of the run, 0 for none."""
+        """Time origin of the report: the first stamp of the run, 0 without one."""
         stamps = [trajectory.stamps_ns[:1] for trajectory in (self.published, self.truth_on_plan)]
         stamps.append(np.array([output.stamp_ns for output in self.outputs[:1]]))
         known = np.concatenate(stamps)
@@ -61,20 +61,20 @@ class RunRecord:
 
     @property
     def truth_on_plan(self) -> PlanarTrajectory:
-        """True poses in the plan frame; none where there is no truth."""
+        """True poses in the plan frame; empty without ground truth."""
         if self.truth is None:
             return PlanarTrajectory.empty()
         return self.truth.mapped(self.A_plan_truth)
 
     def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Seconds of stamps ``(S,)`` since the start."""
+        """Return the seconds of stamps ``(S,)`` since the start."""
         return (np.asarray(stamps_ns, dtype=np.int64) - self.start_ns) / NS_PER_S
 
     def heading(self, output: LocalizerOutput) -> float | None:
         """
-        Return which way the robot looks in the frame ``submap`` [rad]; None if unknown.
+        Return the robot's heading in the frame ``submap`` [rad]; None if unknown.
 
-        Of a run without odometry it is the way that the robot went last.
+        Without odometry, it is the last direction of motion.
         """
         submap = output.submap
         if submap is None:
@@ -88,10 +88,10 @@ class RunRecord:
 
 def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, ...]:
     """
-    Return the ticks of a run as they are shown on the floorplan that it ended on.
+    Return the updates of a run for display on its final floorplan.
 
-    Those about another storey keep what they say, and lose placements and matches: these are of
-    another drawing.
+    Updates on another storey lose placements and matches, which refer to another drawing, and
+    keep everything else.
     """
     return tuple(
         output
@@ -103,7 +103,7 @@ def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, 
 
 @dataclass(frozen=True, eq=False)
 class TimedErrors:
-    """``time_s (K,)`` since the start, ``position_m (K,)``, ``yaw_deg (K,)``, true metres."""
+    """Errors: ``time_s (K,)`` since the start, true ``position_m (K,)``, ``yaw_deg (K,)``."""
 
     time_s: NDArray[np.float64]
     position_m: NDArray[np.float64]
@@ -111,7 +111,7 @@ class TimedErrors:
 
 
 def _last_direction(path_xy: NDArray[np.float64]) -> float | None:
-    """Return the direction [rad] of the last steps of a path, None for one that is too short."""
+    """Return the direction [rad] of the last steps of a path, None if it is too short."""
     if not len(path_xy):
         return None
     back = path_xy[-1] - path_xy
@@ -120,7 +120,7 @@ def _last_direction(path_xy: NDArray[np.float64]) -> float | None:
 
 
 def published_errors(record: RunRecord) -> TimedErrors:
-    """Return the errors of the published poses that have a truth near in time."""
+    """Return the errors of the published poses with ground truth near in time."""
     if record.truth is None or len(record.truth) < 2 or not len(record.published):
         return TimedErrors(np.zeros(0), np.zeros(0), np.zeros(0))
     metric = record.published.mapped(record.A_plan_truth.inv())
@@ -131,9 +131,9 @@ def published_errors(record: RunRecord) -> TimedErrors:
 
 def best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
     """
-    Error [m] of the robot's position as a tick's best placement has it, claimed or not.
+    Return the error [m] of the robot's position at an update's best placement, accepted or not.
 
-    None for a tick without a placement, and without a truth near in time.
+    None without a placement, or without ground truth near in time.
     """
     submap, truth = output.submap, record.truth
     if truth is None or len(truth) < 2 or submap is None or not output.estimates:

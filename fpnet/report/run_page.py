@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The page of a run: floorplan, growing submap, hypotheses and timeline under one slider."""
+"""Page of a run: floorplan, growing submap, hypotheses and timeline with one slider."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from fpnet.report.page import write_page
 from fpnet.report.record import PLACEMENT_SIGNS, RunRecord
 from fpnet.viz.colours import PLACEMENT_COLOURS
 
-_ELSEWHERE = ('reason', 'causes', 'outdated')  # sentences, which have their own place on the page
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB's channels, by ITU-R BT.709
+_ELSEWHERE = ('reason', 'causes', 'outdated')  # shown elsewhere on the page
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB channels, ITU-R BT.709
 _UNITS = ('m', 's', 'ms', 'deg')
 
 
 def write_run_report(path: Path | str, record: RunRecord) -> None:
     """
-    Write the report as one HTML file that loads nothing else; its folder is created.
+    Write the report as one self-contained HTML file; its folder is created.
 
-    A run of many ticks is thinned out for the slider, never for the timeline.
+    A run of many updates is thinned out for the slider, not for the timeline.
     """
     write_page(
         Path(path),
@@ -48,7 +48,7 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
 
 
 def run_figures(record: RunRecord) -> dict[str, go.Figure]:
-    """Return the charts of a run, by the names that its page's script knows."""
+    """Return the charts of a run, by their names in the script of the page."""
     return {
         'plan': plan_figure(record),
         'submap': submap_figure(),
@@ -57,7 +57,7 @@ def run_figures(record: RunRecord) -> dict[str, go.Figure]:
 
 
 def run_data(record: RunRecord, shown: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what the page's script moves through, as plain values; ``shown`` are its moments."""
+    """Return the data of the page's script as plain values; ``shown`` are its updates."""
     return {
         'moments': shown,
         'changes': changes(record),
@@ -70,7 +70,7 @@ def run_data(record: RunRecord, shown: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def published(record: RunRecord, which: slice) -> dict[str, list[float]]:
-    """Return times and places of some published poses as the page's columns."""
+    """Return times and positions of some published poses as columns."""
     poses = record.published
     return {
         'time_s': np.round(record.seconds(poses.stamps_ns[which]), 2).tolist(),
@@ -82,14 +82,18 @@ def published(record: RunRecord, which: slice) -> dict[str, list[float]]:
 def _ink_on(colour: str) -> str:
     """Return black or white, whichever is easier to read on a colour (WCAG 2, contrast)."""
     channels = np.array(to_rgb(colour))
-    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+    linear = np.where(
+        channels <= 0.04045,  # noqa: PLR2004
+        channels / 12.92,
+        ((channels + 0.055) / 1.055) ** 2.4,
+    )
     luminance = float(linear @ _LUMINANCE)
     on_white, on_black = 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05
     return '#ffffff' if on_white > on_black else '#000000'
 
 
 def _shown(record: RunRecord) -> list[tuple[str, str]]:
-    """Return the run's figures as names with units and text, those without a value left out."""
+    """Return the run's metrics as names with units and texts, without missing values."""
     return [
         (_named(name), _text(value))
         for name, value in record.figures.items()

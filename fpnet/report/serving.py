@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One page on this machine, and what it is told as long as it is open."""
+"""HTTP server of one page on this machine, with server-sent events."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from typing import Any
 from fpnet_core.errors import FpnetError
 
 HOST = '127.0.0.1'
-"""Given: what runs on this machine only; a robot's places are nobody else's business."""
+"""Given: loopback address; the positions of a robot are not served to other machines."""
 
-# Numerical: a client that is behind by more is let go of, and one that nothing is told is asked
-# whether it is still there.
+# Numerical: a client that is behind by more events is dropped; after so many seconds without an
+# event, a client gets a keep-alive message.
 _BEHIND, _QUIET_S = 500, 15.0
 
 _POLICY = (
@@ -33,18 +33,18 @@ Event = Mapping[str, Any]
 
 class LiveServer:
     """
-    A server for one page, its events and nothing else.
+    A server for one page and its events only.
 
     Parameters
     ----------
-    page : HTML, which finds server-sent events at ``events``
-    whole : returns what a page is told that has just been opened; called between two events
+    page : HTML, which reads server-sent events from ``events``
+    whole : returns the first event of a newly opened page; called between two events
     port : 0 takes a free one
 
     Raises
     ------
     FpnetError
-        If the port is taken, or may not be.
+        If the port is taken or not permitted.
     """
 
     def __init__(self, page: str, whole: Callable[[], Event], port: int) -> None:
@@ -60,11 +60,11 @@ class LiveServer:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """URL of the page."""
         return f'http://{HOST}:{self._server.server_port}/'
 
     def replace(self, page: str, change: Callable[[], None]) -> None:
-        """Serve another page from now on, to those as well who have the old one open."""
+        """Serve another page from now on; open pages reload."""
 
         def anew() -> None:
             self._page = page.encode('utf-8')
@@ -76,8 +76,8 @@ class LiveServer:
         """
         Send an event to all open pages.
 
-        ``change`` makes it part of the whole, in the same moment: who opens the page meanwhile is
-        told of it once.
+        ``change`` adds it to the state that ``whole`` returns, under the same lock, so that a page
+        opened meanwhile receives it exactly once.
         """
         message = _message(event)
         with self._lock:
@@ -89,10 +89,10 @@ class LiveServer:
                     self._clients.remove(client)
 
     def close(self) -> None:
-        """End all events and the server."""
+        """Close all event streams and the server."""
         with self._lock:
             for client in self._clients:
-                with suppress(queue.Full):  # who is so far behind ends with the process
+                with suppress(queue.Full):  # a client with a full queue ends with the process
                     client.put_nowait(None)
             self._clients.clear()
         self._server.shutdown()
@@ -111,7 +111,7 @@ class LiveServer:
                 self._clients.remove(client)
 
     def _is_ours(self, host: str | None) -> bool:
-        """Tell whether a request names this machine: other sites' pages may resolve to it."""
+        """Return whether a request names this machine, against DNS rebinding by other sites."""
         port = self._server.server_port
         return host in (f'{HOST}:{port}', f'localhost:{port}')
 
@@ -157,7 +157,7 @@ def _handler(live: LiveServer) -> type[BaseHTTPRequestHandler]:
                 live._leave(client)
 
         def log_message(self, *_: Any) -> None:
-            """Say nothing: a command's output is its own."""
+            """Log nothing: the output belongs to the command."""
 
     return Handler
 
@@ -176,6 +176,6 @@ def _message(event: Event) -> bytes:
 def _unavailable(port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
         return (
-            f'port {port} of {HOST} is taken; choose another one with --port, 0 takes a free one'
+            f'port {port} of {HOST} is taken; choose another one with --port, or 0 for a free one'
         )
     return f'port {port} of {HOST}: {error.strerror}; choose another one with --port'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A sheet of pixels to draw rasters, lines, arrows and text on, smooth at the edges."""
+"""Canvas for rasters, lines, arrows and text, with antialiasing."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _FONT_PX = 18
 _ARROW_PX = 15.0  # from tail to tip
 _ARROW = np.array([[0.6, 0.0], [-0.4, 0.36], [-0.2, 0.0], [-0.4, -0.36]])
 _RIM_PX = 2
-_FILLED = 0.97  # of a box
-_LARGER = 2  # numerical: sheets are drawn larger, and made smaller in the end
+_FILLED = 0.97  # of the size of a box
+_LARGER = 2  # numerical: supersampling, reduced at the end
 
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle of a sheet [px], x to the right and y down."""
+    """A rectangle on a canvas [px], x right and y down."""
 
     x: int
     y: int
@@ -39,9 +39,9 @@ class Box:
 
 def fitted(xy: NDArray[np.float64], box: Box, T_frame_up: SE2 | None = None) -> Affine2D:
     """
-    Return the map from metres to pixels that shows all of ``xy (P, 2)`` in the middle of a box.
+    Return the map from metres to pixels that fits ``xy (P, 2)`` into the middle of a box.
 
-    The axes of ``T_frame_up``, by default those of the frame, point to the right and up.
+    The axes of ``T_frame_up``, by default those of the frame, point right and up.
     """
     T_up_frame = SE2.identity() if T_frame_up is None else T_frame_up.inv()
     placed = T_up_frame.apply(xy)
@@ -56,19 +56,19 @@ def fitted(xy: NDArray[np.float64], box: Box, T_frame_up: SE2 | None = None) -> 
 
 
 class PictureSheet:
-    """A picture in the making; places are pixels of the finished one, whole at their corner."""
+    """A canvas; positions are pixels of the finished image, integers at pixel corners."""
 
     def __init__(self, pixels: NDArray[np.uint8], texts: Sequence[Text] = ()) -> None:
         self._pixels, self._texts = pixels, list(texts)
 
     @classmethod
     def blank(cls, size: tuple[int, int]) -> PictureSheet:
-        """Return a white sheet, ``size`` its width and height."""
+        """Return a white canvas; ``size`` is its width and height."""
         width, height = size
         return cls(np.full((_LARGER * height, _LARGER * width, 3), 255, np.uint8))
 
     def copy(self) -> PictureSheet:
-        """Return one to go on with."""
+        """Return an independent copy."""
         return PictureSheet(self._pixels.copy(), self._texts)
 
     def picture(
@@ -78,10 +78,10 @@ class PictureSheet:
         A_px_cell: Affine2D,
         box: Box | None = None,
     ) -> None:
-        """Lay an image (H, W, 3) where ``A_px_cell`` puts its (column, row), within a box."""
+        """Draw an image (H, W, 3); ``A_px_cell`` places its (column, row); clip to a box."""
         A = Affine2D(_LARGER * np.eye(2), np.full(2, -0.5)) @ A_px_cell
         size = self._pixels.shape[1::-1]
-        # Weighted by their opacity, colours of cells that nobody sees do not bleed into others.
+        # Premultiplied by opacity, colours of transparent cells do not bleed into others.
         weights = np.asarray(opacity, dtype=np.float32)
         layers = np.dstack([image * weights[..., None], weights])
         warped = cv2.warpAffine(layers, A.matrix[:2], size, flags=cv2.INTER_AREA)
@@ -98,7 +98,7 @@ class PictureSheet:
         return rows, slice(_LARGER * box.x, _LARGER * (box.x + box.width))
 
     def line(self, places: NDArray[np.float64], colour: Colour, width_px: int) -> None:
-        """Draw a line through places (P, 2)."""
+        """Draw a line through positions (P, 2)."""
         points = [self._points(places)]
         cv2.polylines(
             self._pixels, points, False, colour, width_px * _LARGER, cv2.LINE_AA, PIXEL_BITS
@@ -107,7 +107,7 @@ class PictureSheet:
     def arrow(
         self, place: NDArray[np.float64], ahead: NDArray[np.float64], colour: Colour
     ) -> None:
-        """Draw an arrowhead at a place, looking ``ahead`` (2,), with a white rim."""
+        """Draw an arrowhead at a position, in direction ``ahead`` (2,), with a white outline."""
         x, y = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
         outline = place + _ARROW_PX * _ARROW @ np.array([[x, y], [-y, x]])
         points = [self._points(outline)]
@@ -120,11 +120,11 @@ class PictureSheet:
         return fixed_point(places * _LARGER)
 
     def text(self, place: tuple[int, int], text: str, colour: Colour) -> None:
-        """Write a line of text, its top left corner at a place; it stays on top of all else."""
+        """Write a line of text with its top left corner at a position, on top of all else."""
         self._texts.append((place, text, colour))
 
     def image(self) -> Image.Image:
-        """Return the finished picture."""
+        """Return the finished image."""
         height, width = (side // _LARGER for side in self._pixels.shape[:2])
         small = cv2.resize(self._pixels, (width, height), interpolation=cv2.INTER_AREA)
         image = Image.fromarray(small)

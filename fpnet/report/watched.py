@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A localizer that runs in another process, on a page of this machine."""
+"""Live page of a localizer that runs in another process."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from fpnet_core.io.serialization import ShownPlan, ShownTick
 from fpnet_core.localizer.kept import in_brief
 from fpnet_core.trajectory import PlanarTrajectory
 
-_REMEMBERED = 3600  # numerical: ticks, an hour or so; and the first one, which time counts from
+_REMEMBERED = 3600  # numerical: updates, about an hour, besides the first one, the time origin
 
 
 class WatchedRun:
     """
-    What a running localizer shows, on a page; use it in a ``with`` statement.
+    Live page of a running localizer; use it in a ``with`` statement.
 
     Parameters
     ----------
-    port : of the page, on this machine; 0 takes a free one
-    tell : is told where the page is, once a floorplan has come, and before that what is said
+    port : port of the page, on this machine; 0 takes a free one
+    tell : called with the URL once a floorplan has come, and with messages before that
     """
 
     def __init__(self, port: int, tell: Callable[[str], None]) -> None:
@@ -35,7 +35,7 @@ class WatchedRun:
 
     def take(self, heard: ShownPlan | ShownTick | str) -> None:
         """
-        Show a floorplan, a tick on it, or what else is said.
+        Show a floorplan, an update on it, or a message.
 
         Raises
         ------
@@ -50,9 +50,9 @@ class WatchedRun:
             self._say(heard)
 
     def end(self, said: str) -> None:
-        """Say that nothing comes any more, and what was said last."""
+        """Show that the run has ended, with the last message."""
         if self._live is not None:
-            self._live.end(f'{said}; the last that it said: {self._said}')
+            self._live.end(f'{said}; last message: {self._said}')
 
     def _begin(self, plan: ShownPlan) -> None:
         title = f'live on {plan.name}' if plan.name else 'live'
@@ -68,7 +68,7 @@ class WatchedRun:
         if self._live is None or record is None or update.number != self._number:
             return
         if record.outputs and update.output.stamp_ns < record.outputs[-1].stamp_ns:
-            record = RunRecord(record.title, '', record.plan)  # time went back
+            record = RunRecord(record.title, '', record.plan)  # time jumped back
             self._live.begin(record.title, record.plan)
         self._record = record = with_tick(record, update)
         is_its = self._said.startswith(update.output.said)
@@ -92,7 +92,7 @@ class WatchedRun:
 
 
 def with_tick(record: RunRecord, update: ShownTick) -> RunRecord:
-    """Return the record with another tick; of all before, only what fills a line is kept."""
+    """Return the record with another update; of earlier ones, only the brief form is kept."""
     before = map(in_brief, record.outputs[-1:])
     outputs = (*record.outputs[:-1], *before, update.output)
     if len(outputs) > _REMEMBERED:
@@ -106,6 +106,6 @@ def with_tick(record: RunRecord, update: ShownTick) -> RunRecord:
 
 
 def _joined(first: PlanarTrajectory, second: PlanarTrajectory) -> PlanarTrajectory:
-    """Return the poses of both, those of the second that are not later left out."""
+    """Return the poses of both; poses of the second that are not later are dropped."""
     last_ns = first.stamps_ns[-1:]
     return first.joined(second.take(second.stamps_ns > (last_ns[0] if len(last_ns) else -1)))

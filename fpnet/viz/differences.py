@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A drawing with all that differs from it marked, in metres of its frame."""
+"""Plot of a drawing with its differences marked, in metres of its frame."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ DIFFERENCE_COLOURS: dict[DifferenceKind, Colour] = {
     DifferenceKind.SHUT: (0.1, 0.6, 0.2),
     DifferenceKind.FURNITURE: (0.75, 0.6, 0.2),
 }
-_FAINTEST = 0.25  # opacity of what is improbable
-_SHOWN_M = 0.15  # by so much pieces are thickened, as walls of a cell are not seen
+_FAINTEST = 0.25  # opacity of improbable differences
+_SHOWN_M = 0.15  # differences are thickened by this, as one cell is too thin to see
 _WIDTH_IN = 11.0
 _TALLEST = 2.5  # height of the picture over its width, at most
 
 
 def draw_differences(ax: Axes, found: Differences) -> None:
-    """Draw a drawing and what differs; the surer, the more opaque."""
+    """Draw a drawing and its differences, with their confidence as opacity."""
     draw_grid(ax, found.grid)
     tint = np.zeros((*found.grid.shape, 4))
     reach = max(1, round(_SHOWN_M / found.grid.resolution))
@@ -49,7 +49,7 @@ def draw_differences(ax: Axes, found: Differences) -> None:
 
 
 def save_differences(found: Differences, path: Path) -> None:
-    """Write the picture."""
+    """Write the plot of :func:`draw_differences`."""
     width, height = np.ptp(corners_xy(found.grid), axis=0)
     tall = min(float(height / width), _TALLEST)
     with saved_figure(path, (_WIDTH_IN, _WIDTH_IN * tall + 1.0), 110) as figure:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Two maps beside each other, matched regions in one colour, and one drawn over the other."""
+"""Plot of two maps side by side, matched regions in one colour, and of their overlay."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 
 # Chosen, not measured:
 _SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
-_SHARED_AREA = 0.3  # a room with this share of its cells on one plan room is shown like it
+_SHARED_AREA = 0.3  # least share of a room's cells on one plan room, to get its colour
 _SAME_DOOR_M = 1.0
-_CELL_STRIDE = 7  # numerical: every so many cells vote
+_CELL_STRIDE = 7  # numerical: subsampling of cells
 
 
 def shared_colours(
     plan: Segmentation, sub: Segmentation, A_plan_sub: Affine2D
 ) -> dict[int, Colour]:
     """
-    Colour of each submap region: that of the plan region below it, grey where there is none.
+    Return the colour of each submap region: that of the plan region below it, grey without one.
 
-    ``A_plan_sub`` places the submap. A room takes the colour of the plan room that lies below
-    most of its cells, a door that of the nearest plan door.
+    ``A_plan_sub`` places the submap. A room takes the colour of the plan room below most of its
+    cells, a door that of the nearest plan door.
     """
     colours = partner_colours(sub, None)
     for room in sub.rooms:
@@ -71,7 +71,7 @@ def draw_walls_on_plan(
 
 
 def save_map_match(result: MapMatch, path: Path) -> None:
-    """Write a picture of both maps, their regions, and the submap's walls on the plan."""
+    """Write a plot of both maps, their regions, and the submap's walls on the plan."""
     with saved_figure(path, (18, 6.5), 110) as figure:
         draw_map_match(figure, result)
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of their own where nobody brings one, and values as notebooks show them."""
+"""Figures to draw on, figures saved as images, and HTML for notebooks."""
 
 from __future__ import annotations
 
@@ -22,28 +22,26 @@ if TYPE_CHECKING:
 Given = TypeVar('Given')
 
 _SIZE_INCHES = (8.0, 8.0)  # chosen
-DPI = 110  # chosen: of most pictures
-_NOTEBOOK_DPI = 80  # chosen: a page's width
+DPI = 110  # chosen: of most plots
+_NOTEBOOK_DPI = 80  # chosen: fits the width of a page
 
 
 def figure_of(figure: Figure | None, size_inches: tuple[float, float] = _SIZE_INCHES) -> Figure:
-    """Return ``figure``, or a new one of pyplot's, which scripts show with ``pyplot.show()``."""
+    """Return ``figure``, or a new pyplot figure, which scripts show with ``pyplot.show()``."""
     if figure is not None:
         from matplotlib.figure import FigureBase
 
-        return _checked(figure, FigureBase, 'a figure of matplotlib')
+        return _checked(figure, FigureBase, 'a matplotlib figure')
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=size_inches, layout='constrained')
 
 
 def axes_of(ax: Axes | None) -> Axes:
-    """Return ``ax``, or that of a new figure."""
+    """Return ``ax``, or the axes of a new figure."""
     from matplotlib.axes import Axes
 
-    return (
-        figure_of(None).add_subplot() if ax is None else _checked(ax, Axes, 'axes of matplotlib')
-    )
+    return figure_of(None).add_subplot() if ax is None else _checked(ax, Axes, 'matplotlib axes')
 
 
 def _checked(given: Given, kind: type, what: str) -> Given:
@@ -54,7 +52,7 @@ def _checked(given: Given, kind: type, what: str) -> Given:
 
 @contextmanager
 def saved_figure(path: Path, size_inches: tuple[float, float], dpi: float) -> Iterator[Figure]:
-    """Yield a new figure to draw into; it becomes an image, in a folder that is made."""
+    """Yield a new figure to draw into, then save it as an image; its folder is created."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size_inches, layout='constrained')
@@ -64,7 +62,7 @@ def saved_figure(path: Path, size_inches: tuple[float, float], dpi: float) -> It
 
 
 def html_of(value: object, draw: Callable[[Figure], object] | None) -> str:
-    """Return a value's ``repr`` and what ``draw`` makes of a figure, as HTML on its own."""
+    """Return a value's ``repr`` and the figure that ``draw`` fills, as self-contained HTML."""
     said = escape(repr(value))
     if draw is None:
         return f'<p>{said}</p>'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A floorplan's rooms, and which of them look like others."""
+"""Plot of a floorplan's rooms and of those that look alike."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ ALIKE_INSIDE: Colour = (0.98, 0.78, 0.25)
 ALIKE_WITH_NEIGHBOURS: Colour = (0.9, 0.3, 0.25)
 
 _NAMES = {
-    'like no other': UNIQUE,
-    'like another from inside': ALIKE_INSIDE,
-    'like another even with the rooms behind its doors': ALIKE_WITH_NEIGHBOURS,
+    'unique room': UNIQUE,
+    'looks like another one from inside': ALIKE_INSIDE,
+    'looks like another one even with the adjacent rooms': ALIKE_WITH_NEIGHBOURS,
 }
 _EDGE_INCHES, _LEGEND_INCHES = 10.0, 2.4  # chosen
 
@@ -31,7 +31,7 @@ _EDGE_INCHES, _LEGEND_INCHES = 10.0, 2.4  # chosen
 def similarity_colours(
     segmentation: Segmentation, similarity: SelfSimilarity
 ) -> dict[int, Colour]:
-    """Colour of each room: how much of the plan it takes to tell it from others."""
+    """Return the colour of each room: unique, or with twins alone or with its neighbours."""
     return {
         room.id: ALIKE_WITH_NEIGHBOURS
         if room.id in similarity.with_neighbours
@@ -43,7 +43,7 @@ def similarity_colours(
 
 
 def plan_check_inches(segmentation: Segmentation) -> tuple[float, float]:
-    """Return the width and height of a picture that a floorplan fits."""
+    """Return the width and height [inch] of the plot of a floorplan."""
     rows, columns = _panels(segmentation)
     aspect = segmentation.grid.shape[0] / segmentation.grid.shape[1]
     return _EDGE_INCHES * columns, _EDGE_INCHES * rows * aspect + _LEGEND_INCHES
@@ -55,7 +55,7 @@ def draw_plan_check(
     """Draw rooms and doors, and beside or below them the rooms that look alike."""
     from matplotlib.patches import Patch
 
-    # The legend in a part of its own: Matplotlib before 3.7 has no place for it outside of axes.
+    # The legend has its own subfigure: Matplotlib before 3.7 cannot place it outside of axes.
     heights = [plan_check_inches(segmentation)[1] - _LEGEND_INCHES, _LEGEND_INCHES]
     plans, below = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
     plain, coloured = plans.subplots(*_panels(segmentation))
@@ -71,12 +71,12 @@ def draw_plan_check(
 
 
 def save_plan_check(path: Path, segmentation: Segmentation, similarity: SelfSimilarity) -> None:
-    """Write the picture of :func:`draw_plan_check`."""
+    """Write the plot of :func:`draw_plan_check`."""
     with saved_figure(path, plan_check_inches(segmentation), DPI) as figure:
         draw_plan_check(figure, segmentation, similarity)
 
 
 def _panels(segmentation: Segmentation) -> tuple[int, int]:
-    """Return the rows and columns of both pictures: below each other where the plan is wide."""
+    """Return the rows and columns of both plots: stacked if the plan is wide."""
     rows, columns = segmentation.grid.shape
     return (2, 1) if rows < columns else (1, 2)

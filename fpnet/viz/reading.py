@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A reading drawn over the drawing that it came from: rooms, doors, what was left out, scale."""
+"""Plot of a parsed drawing over the original: rooms, doors, doubtful parts and scale."""
 
 from __future__ import annotations
 
@@ -28,33 +28,33 @@ Array = NDArray[np.float64]
 # Chosen, not measured:
 _LONG_SIDE_IN = 12.0
 _DPI = 130
-_SHOWN_PX = 2400  # a drawing of more is reduced: the picture has fewer
-_ROOM_PT, _AREA_PT, _DOOR_PT = 9.0, 5.5, 6.0  # letters of numbers and areas
-_PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
+_SHOWN_PX = 2400  # larger drawings are downsampled
+_ROOM_PT, _AREA_PT, _DOOR_PT = 9.0, 5.5, 6.0  # font sizes of numbers and areas
+_PALE = 0.45  # remaining contrast of the drawing below the rooms
 _STOREY = (0.1, 0.3, 0.8)
 _DOUBTFUL = (0.95, 0.0, 0.75)
 _WALL = (20, 60, 140)  # red, green, blue
 _BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
-_BAR_SHARE = 0.2  # of the picture's width, at most
-_LEAST_IN = 5.0  # for what is said above a tall drawing
-_PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # of a title: its letters, lines and characters
+_BAR_SHARE = 0.2  # of the plot's width, at most
+_LEAST_IN = 5.0  # least width, for the title above a tall drawing
+_PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # title: font size, height and width of characters
 
 
 def save_reading(reading: Reading, path: Path, verdict: PlanVerdict) -> None:
-    """Write the picture."""
+    """Write the plot of a parsed drawing with its description and verdict."""
     width, height = reading.drawing.size
     said = [*said_of(reading), *verdict.headlines()]
     inch = _LONG_SIDE_IN / max(height, width)
     wide = max(width * inch, _LEAST_IN) + 0.4
     lines = [part for line in said for part in wrap(line, int(wide / _CHARACTER_IN))]
     with saved_figure(path, (wide, height * inch + _LINE_IN * (len(lines) + 3)), _DPI) as figure:
-        # Above the axes, however narrow these are.
+        # A title of the figure may be wider than the axes.
         figure.suptitle('\n'.join(lines), fontsize=_PT, x=0.01, ha='left')
         draw_reading(figure.add_subplot(), reading)
 
 
 def draw_reading(ax: Axes, reading: Reading) -> None:
-    """Draw a reading over its drawing, in the drawing's pixels, y down."""
+    """Draw a parsed plan over its drawing, in the drawing's pixels, y down."""
     segmentation = reading.segmentation
     width, height = reading.drawing.size
     to_pixel = _H_pixel_plan(reading)
@@ -81,7 +81,7 @@ def draw_reading(ax: Axes, reading: Reading) -> None:
 
 
 def _number_room(ax: Axes, room: Region, to_pixel: Array) -> None:
-    """Write a room's number, as messages have it, and its area below."""
+    """Write a room's number, as used in messages, and its area below."""
     middle = _mapped(to_pixel, np.array([label_xy(room)]))[0]
     _number(ax, str(room.id), middle, _ROOM_PT, 'black', weight='bold')
     ax.annotate(
@@ -98,7 +98,7 @@ def _number_room(ax: Axes, room: Region, to_pixel: Array) -> None:
 def _number(
     ax: Axes, number: str, xy: Array, size_pt: float, colour: Any, weight: str = 'normal'
 ) -> None:
-    """Write a number with a pale rim, which is read on walls as well."""
+    """Write a number with a white outline, readable on walls."""
     from matplotlib.patheffects import withStroke
 
     rim = [withStroke(linewidth=2.0, foreground='white')]
@@ -109,7 +109,7 @@ def _number(
 
 
 def _shown(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a drawing of no more pixels than the picture shows."""
+    """Return the drawing, downsampled to the size of the plot if it is larger."""
     factor = _SHOWN_PX / max(pixels.shape[:2])
     if factor >= 1.0:
         return pixels
@@ -123,7 +123,7 @@ def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _with_walls(pixels: NDArray[np.uint8], reading: Reading, to_pixel: Array) -> NDArray[np.uint8]:
-    """Return the picture with what was taken for walls in one colour."""
+    """Return the image with the detected walls in one colour."""
     grid = reading.grid
     A_plan_cell = column_to_xy(grid.T_frame_grid, grid.resolution).matrix
     size = pixels.shape[1], pixels.shape[0]
@@ -160,7 +160,7 @@ def _box(
 def _scale_bar(
     ax: Axes, to_pixel: Array, segmentation: Segmentation, shape: tuple[int, int]
 ) -> None:
-    """Draw a bar of a round number of metres into the lower left corner."""
+    """Draw a scale bar of a round number of metres in the lower left corner."""
     height, width = shape
     middle = segmentation.grid.rc_to_xy(np.array(segmentation.grid.shape) / 2.0)
     ends = _mapped(to_pixel, middle + np.array([[0.0, 0.0], [1.0, 0.0]]))

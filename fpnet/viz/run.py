@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A localization run in one picture: floorplan, submap, matches, true and estimated path."""
+"""Plot of a localization run: floorplan, submap, matches, true and estimated path."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ def plot_run(
     title: str = '',
 ) -> None:
     """
-    Write the picture of a run.
+    Write the plot of a run.
 
     Parameters
     ----------
     path : image file; its folder is created
     plan : the segmented floorplan
-    output : a tick, usually the last; without a segmentation only the floorplan is drawn
-    published : poses given out, frame ``plan``
+    output : an update, usually the last; without a segmentation only the floorplan is drawn
+    published : published poses, frame ``plan``
     truth : true poses, mapped to ``plan``
-    title : shown above
+    title : title of the figure
     """
     with saved_figure(path, _SIZE_INCHES, DPI) as figure:
         draw_run(figure, plan, output, published, truth)
@@ -66,7 +66,7 @@ def draw_run(
     published: PlanarTrajectory,
     truth: PlanarTrajectory | None = None,
 ) -> None:
-    """Draw floorplan, paths and submap; parameters as of :func:`plot_run`."""
+    """Draw floorplan, paths and submap; parameters as in :func:`plot_run`."""
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     draw_grid(left, plan.grid)
     draw_segmentation(left, plan)
@@ -108,7 +108,7 @@ def draw_matches(
 def _submap_colours(
     plan: Segmentation, sub: Segmentation, output: LocalizerOutput
 ) -> Mapping[int, Colour]:
-    """Colour submap regions like the plan's: by the placement if there is one, else by match."""
+    """Return submap colours like the plan's, by the placement if there is one, else by match."""
     if output.A_plan_odom is not None and output.submap is not None:
         A_plan_submap: Affine2D = output.A_plan_odom @ output.submap.T_odom_submap
         return shared_colours(plan, sub, A_plan_submap)
@@ -124,6 +124,6 @@ def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory |
 
 
 def _broken_at_gaps(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
-    """Return the positions with NaN rows where nothing was published for a while."""
+    """Return the positions with NaN rows at gaps of more than ``_GAP_NS``."""
     gaps = np.flatnonzero(np.diff(trajectory.stamps_ns) > _GAP_NS) + 1
     return np.insert(trajectory.xy, gaps, np.nan, axis=0)

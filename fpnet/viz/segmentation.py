@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Grids and their regions on a matplotlib Axes, in metres."""
+"""Plots of grids and their regions on matplotlib Axes, in metres."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 Colour = tuple[float, float, float]
 
 DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
-"""Of doors in all pictures. Chosen."""
+"""Colour of doors in all plots. Chosen."""
 
 # Chosen, not measured:
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _TINT = 0.55  # opacity of a room's colour
-# Hues a golden angle apart stay distinct however many there are.
+# Hues a golden angle apart stay distinct for any number of regions.
 _GOLDEN = 0.6180339887498949  # numerical
 
 
 def region_colour(region_id: int) -> Colour:
-    """Return the colour (r, g, b) in [0, 1] that a region id always has."""
+    """Return the fixed colour (r, g, b) in [0, 1] of a region id."""
     hue = (region_id * _GOLDEN) % 1.0
     value = (0.95, 0.75, 0.85)[region_id % 3]
     return colorsys.hsv_to_rgb(hue, 0.55, value)
@@ -51,9 +51,9 @@ def partner_colours(sub: Segmentation, match: MatchResult | None) -> dict[int, C
 
 def label_xy(region: Region) -> tuple[float, float]:
     """
-    Return where a region's name is written: the middle of the largest circle inside it.
+    Return the position of a region's label: the centre of its largest inscribed circle.
 
-    The centroid of an L-shaped corridor lies in another room.
+    The centroid of an L-shaped corridor may lie in another room.
     """
     parts = shapely.get_parts(shapely.make_valid(Polygon(region.polygon)))
     middle = polylabel(max(parts, key=shapely.area), 0.1)
@@ -81,7 +81,7 @@ def draw_segmentation(
     with_ids: bool = False,
 ) -> None:
     """
-    Draw rooms as tinted cells and doors as lines over whatever ``ax`` shows.
+    Draw rooms as tinted cells and doors as lines over the content of ``ax``.
 
     ``colours`` overrides the colour of a region by id, so that matched regions of plan and
     submap can share one; ``with_ids`` writes each room's id into it.
@@ -108,8 +108,8 @@ def painted(
     """
     Return the cells as an image ``(H, W, 3)`` in sRGB, row 0 at the grid's row 0.
 
-    Grey as in :func:`draw_grid`, rooms tinted as in :func:`draw_segmentation`; doors, which are
-    lines, are left out.
+    Grey as in :func:`draw_grid`, rooms tinted as in :func:`draw_segmentation`; the lines of doors
+    are not drawn.
     """
     chosen = colours or {}
     cells = segmentation.grid.cells
@@ -125,7 +125,7 @@ def painted(
 
 
 def show_raster(ax: Axes, grid: GridMap, image: NDArray[np.float64], **options: Any) -> None:
-    """Show an image of the grid's cells at the grid's place."""
+    """Show an image of the grid's cells at the grid's pose."""
     from matplotlib.transforms import Affine2D as PlotAffine
 
     height_m, width_m = (cells * grid.resolution for cells in grid.shape)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A run as a strip: submap, matches and best placements at some moments, status over time."""
+"""Strip plot of a run: submap, matches and best placements at some updates, status over time."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ STATUS_COLOURS: dict[Status, str] = {
 
 # Chosen, not measured:
 _MOMENTS = 5
-_WALL_STRIDE = 8  # numerical: every so many wall cells are drawn
-_DISTANT_M = 30.0  # errors beyond are drawn at the edge
+_WALL_STRIDE = 8  # numerical: subsampling of wall cells
+_DISTANT_M = 30.0  # larger errors are drawn at the edge
 _WIDTH_INCHES, _DPI = 22.0, 90
 _ROW_HEIGHTS = (4.0, 4.0, 2.2)
 
@@ -58,16 +58,16 @@ def plot_strip(
     title: str = '',
 ) -> None:
     """
-    Write the strip of a run.
+    Write the strip plot of a run.
 
     Parameters
     ----------
     path : image file; its folder is created
     plan : the segmented floorplan
-    outputs : of all ticks
+    outputs : outputs of all updates
     truth : true poses mapped to ``plan``
-    errors_m : error of each output's best placement, None where it has none
-    title : shown above
+    errors_m : error of each output's best placement, None without one
+    title : title of the figure
     """
     moments = _moments(outputs)
     with saved_figure(path, (_WIDTH_INCHES, sum(_ROW_HEIGHTS)), _DPI) as figure:
@@ -84,7 +84,7 @@ def plot_strip(
 
 
 def _moments(outputs: Sequence[LocalizerOutput]) -> list[LocalizerOutput]:
-    """Return evenly spaced ticks with a submap, the first one and the first claim among them."""
+    """Return evenly spaced updates with a submap, with the first and the first localized one."""
     solved = [output for output in outputs if output.segmentation is not None]
     if len(solved) <= _MOMENTS:
         return solved
@@ -99,7 +99,7 @@ def _moments(outputs: Sequence[LocalizerOutput]) -> list[LocalizerOutput]:
 def _draw_plan(
     ax: Axes, plan: Segmentation, output: LocalizerOutput, truth: PlanarTrajectory
 ) -> None:
-    """Draw the plan, the true path so far, and the submap's walls as the best three place them."""
+    """Draw the plan, the true path so far, and the submap's walls at the best three placements."""
     draw_grid(ax, plan.grid)
     draw_segmentation(ax, plan)
     so_far = truth.xy[truth.stamps_ns <= output.stamp_ns]
@@ -123,7 +123,7 @@ def _walls(submap: Submap | None) -> NDArray[np.float64]:
 def _draw_submap(plan_axes: Axes, ax: Axes, plan: Segmentation, output: LocalizerOutput) -> None:
     """Draw the submap's regions in the colours of their matches, and the matches as lines."""
     sub = output.segmentation
-    assert sub is not None  # moments have one
+    assert sub is not None  # see _moments
     draw_grid(ax, sub.grid)
     draw_segmentation(ax, sub, partner_colours(sub, output.match))
     if output.submap is not None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a drawing and the building differ: what was seen and is not drawn, and the other way."""
+"""Differences between drawing and building: observed but not drawn, and drawn but missing."""
 
 from fpnet_core.differences.finding import find_differences
 from fpnet_core.differences.found import Difference, DifferenceKind, Differences

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From two maps laid on each other to pieces that differ, each with a probability."""
+"""Detection of differences between two overlaid maps, each with a probability."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 APART_M = 0.3
-"""Physical: further from a wall than drawings are inexact, and than half of a thick wall."""
+"""Physical: larger than the inexactness of drawings and than half of a thick wall."""
 
 WALL_WEIGHTS = (3.6, 2.6, 2.2, 3.0, 3.5, -3.0, 2.2)
 """
-Log odds that something seen and not drawn is a wall, for :data:`WALL_FIGURES`. Fitted by
+Log odds that an observed piece that is not drawn is a wall, for :data:`WALL_FIGURES`. Fitted by
 ``python benchmarks/difference_weights.py`` to 48 generated drives, half of them planar: 1,570 of
-1,678 pieces are told right, of which 250 are walls.
+1,678 pieces are classified correctly, of which 250 are walls.
 """
 
 MISSING_WEIGHTS = (-4.4, 1.7, 5.7, 1.8)
 """
-Log odds that a drawn wall is not there, for :data:`MISSING_FIGURES`. Fitted by
-``python benchmarks/difference_weights.py`` to 48 generated drives: 397 of 483 pieces are told
-right, of which 245 are missing.
+Log odds that a drawn wall is missing, for :data:`MISSING_FIGURES`. Fitted by
+``python benchmarks/difference_weights.py`` to 48 generated drives: 397 of 483 pieces are
+classified correctly, of which 245 are missing.
 """
 
 WALL_FIGURES = (
@@ -50,44 +50,44 @@ WALL_FIGURES = (
     'sees_over',
 )
 """
-Given: of what is seen and not drawn, in the order of the weights. Shares are those of it that lies
-near a drawn wall that is not there, of its ends that are at a drawn wall, and of it that has free
-space on both sides, as tables have. A scanner that has met lintels sees over tables.
+Given: features of observed pieces that are not drawn, in the order of the weights. Shares: of the
+piece near a missing drawn wall, of its ends at a drawn wall, and of the piece with free space on
+both sides, as tables have. A scanner that has detected lintels sees over tables.
 """
 
 MISSING_FIGURES = ('one', 'log_apart', 'free_share', 'passed_share')
 """
-Given: of what is drawn and seen through, in the order of the weights. The last two are shares: of
-what lies around it that is free, and of it with free space well before and behind.
+Given: features of drawn pieces in free space, in the order of the weights. The last two are
+shares: of free cells around it, and of the piece with free space well in front and behind.
 """
 
 # Physical:
 _SHORTEST_M = 0.3  # shorter pieces are corners and noise
-_GAP_M = 0.25  # walls are seen in pieces, with gaps as long
-_DOOR_REACH_M = 0.3  # a leaf lies so near to the opening's line
-_JOINED_M = 0.35  # a wall ends at another one
-_BESIDE_M = (0.2, 0.3, 0.4)  # beyond the thickness of what was seen, and within its room
-_PASSED_M = (1.5,)  # before and behind a wall: no drift of a map moves walls as far
+_GAP_M = 0.25  # largest gap between parts of an observed wall
+_DOOR_REACH_M = 0.3  # largest distance of a closed leaf from the opening's line
+_JOINED_M = 0.35  # largest gap between the end of a wall and the next wall
+_BESIDE_M = (0.2, 0.3, 0.4)  # beyond the thickness of the observed piece, within its room
+_PASSED_M = (1.5,)  # in front of and behind a wall: more than the drift of a map
 # Chosen, not measured:
-_MOVED_M = 1.0  # walls are moved by so much; farther, another one was taken away
-_SHUT = 0.8  # share of an opening that must be seen, and be seen to be closed
+_MOVED_M = 1.0  # largest distance by which a wall is moved; farther ones are unrelated
+_SHUT = 0.8  # least share of an opening that is observed, and least share that is closed
 
 
 def find_differences(
     plan: PreparedMap, sub: PreparedMap, A_plan_sub: Affine2D, drawn: GridMap | None = None
 ) -> Differences:
     """
-    Return where a drawing and what was seen of the building differ.
+    Return the differences between a drawing and the observed building.
 
     Parameters
     ----------
-    plan, sub : both sides, in metres
-    A_plan_sub : the placement of the robot's map on the drawing; it must be right
-    drawn : the same drawing in its nominal metres, for the answer; None: those of ``plan``
+    plan, sub : prepared maps of drawing and submap, in metres
+    A_plan_sub : placement of the submap on the drawing; it must be correct
+    drawn : the drawing in its nominal metres, for the result; None uses that of ``plan``
 
     Returns
     -------
-    Differences; no piece where nothing differs or nothing was seen.
+    Differences; without pieces if nothing differs or nothing was observed.
     """
     laid = overlay(plan, sub, A_plan_sub)
     grid = drawn or plan.segmentation.grid
@@ -97,17 +97,17 @@ def find_differences(
     piece_of = np.zeros(grid.shape, dtype=np.int32)
     pieces: list[Difference] = []
     sees_over = any(portal.has_lintel for portal in sub.segmentation.portals)
-    seen = _new(new, missing, sees_over, laid, grid)
+    seen = _undrawn(new, missing, sees_over, laid, grid)
     for cells, piece in (*doors, *seen, *_missing(missing, laid, grid)):
         pieces.append(piece)
         piece_of[cells] = len(pieces)
     return Differences(grid, tuple(pieces), piece_of, laid.is_known & laid.is_inside)
 
 
-def _new(
+def _undrawn(
     mask: Mask, missing: Mask, sees_over: bool, laid: Overlay, grid: GridMap
 ) -> Iterator[tuple[Mask, Difference]]:
-    """Yield what is seen and not drawn: walls, and what is furniture rather."""
+    """Yield observed pieces that are not drawn: walls and furniture."""
     missing_m = metres_to(missing, laid.cell_m)
     for cells, ends, length_m, width_m in _pieces(mask, laid.cell_m, grid):
         ends_rc = grid.xy_to_rc(ends)
@@ -129,7 +129,7 @@ def _new(
 
 
 def _missing(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Difference]]:
-    """Yield drawn walls that were seen through."""
+    """Yield drawn walls that are missing: free space was observed in their place."""
     reach = max(1, round(APART_M / laid.cell_m))
     for cells, ends, length_m, _ in _pieces(mask, laid.cell_m, grid):
         figures = np.array(
@@ -145,7 +145,7 @@ def _missing(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, D
 
 
 def _open_share(cells: Mask, ends_rc: Array, laid: Overlay, away_m: tuple[float, ...]) -> float:
-    """Return the share of a piece that has free space so far away on both sides."""
+    """Return the share of a piece with free space on both sides, at any distance ``away_m``."""
     along = ends_rc[1] - ends_rc[0]
     normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
     off = np.outer(away_m, normal / laid.cell_m)
@@ -155,7 +155,7 @@ def _open_share(cells: Mask, ends_rc: Array, laid: Overlay, away_m: tuple[float,
 
 
 def _shut_doors(plan: PreparedMap, laid: Overlay) -> tuple[list[tuple[Mask, Difference]], Mask]:
-    """Return the drawn doors that were seen to be shut, and the cells of all drawn doors."""
+    """Return the drawn doors that were observed closed, and the cells of all drawn doors."""
     grid, reach = plan.segmentation.grid, max(1, round(_DOOR_REACH_M / laid.cell_m))
     at_doors, found = np.zeros(grid.shape, dtype=np.bool_), []
     for portal in plan.segmentation.portals:
@@ -198,7 +198,7 @@ def _pieces(
 
 
 def _length_of(piece: Mask) -> float:
-    """Return the length of a thin piece, however it is bent, in cells: half of its outline."""
+    """Return the length of a thin, possibly curved piece in cells: half of its outline."""
     outlines, _ = cv2.findContours(
         piece.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Differences as values: pieces of a drawing with a kind and a confidence."""
+"""Value types of differences: pieces of a drawing with a kind and a confidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LIKELY = 0.5
 
 
 class DifferenceKind(StrEnum):
-    """In what a place of the drawing is not as it was seen."""
+    """Type of a difference between drawing and building."""
 
     WALL = 'wall not drawn'
     MISSING = 'drawn wall not there'
@@ -31,9 +31,9 @@ class Difference:
     """
     One piece that differs.
 
-    ``ends (2, 2)`` are those of its longer axis in the drawing's frame [m], ``length_m`` its
-    length in the drawing's metres, ``confidence`` the probability that it is what ``kind`` says.
-    ``figures`` are what that rests on, in the order of the kind's weights.
+    ``ends (2, 2)`` are the ends of its longer axis in the drawing's frame [m], ``length_m`` its
+    length in the drawing's metres, ``confidence`` the probability that ``kind`` is correct.
+    ``figures`` are the features behind it, in the order of the kind's weights.
     """
 
     kind: DifferenceKind
@@ -49,28 +49,28 @@ class Difference:
 
     @property
     def is_likely(self) -> bool:
-        """Tell whether it is more probable than not."""
+        """Whether the difference is more probable than not."""
         return self.confidence >= LIKELY
 
     @property
     def is_of_drawing(self) -> bool:
-        """Tell whether it is the drawing that is out of date: doors open, furniture moves."""
+        """Whether the drawing is out of date here; false for doors and furniture, which move."""
         return self.kind in (DifferenceKind.WALL, DifferenceKind.MISSING)
 
 
 @dataclass(frozen=True, eq=False)
 class Differences:
     """
-    All that differs between a drawing and what was seen of the building.
+    All differences between a drawing and the observed building.
 
     Parameters
     ----------
     grid : the drawing
-    pieces : what differs: doors, what is not drawn (furniture among it), what is not there
+    pieces : closed doors, observed pieces that are not drawn, and missing walls
     piece_of (H, W) int32
-        Number of the piece of each cell of the drawing, from 1; 0 where nothing differs.
+        Number of the piece of each cell of the drawing, from 1; 0 without a difference.
     is_seen (H, W) bool
-        Cells of which something was seen.
+        Observed cells.
     """
 
     grid: GridMap
@@ -85,7 +85,7 @@ class Differences:
 
     @property
     def likely(self) -> tuple[Difference, ...]:
-        """Return the pieces that are more probable than not, without furniture."""
+        """Pieces that are more probable than not, without furniture."""
         return tuple(
             each
             for each in self.pieces
@@ -94,6 +94,6 @@ class Differences:
 
     @property
     def confidence(self) -> NDArray[np.float32]:
-        """Probability ``(H, W)`` that the drawing is wrong at a cell; 0 where nothing was seen."""
+        """Probability ``(H, W)`` that the drawing is wrong at a cell; 0 where not observed."""
         of_piece = [0.0, *(each.confidence * each.is_of_drawing for each in self.pieces)]
         return np.array(of_piece, dtype=np.float32)[self.piece_of]

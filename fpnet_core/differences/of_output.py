@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Differences of a running localizer: of one output and the floorplan that it is on."""
+"""Differences between a localizer's output and its floorplan."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from fpnet_core.types import LocalizerOutput
 
 def differences_of(output: LocalizerOutput, plan: Floorplan) -> Differences | None:
     """
-    Return where a floorplan and what was seen so far differ; None unless something is claimed.
+    Return the differences between a floorplan and the submap; None unless localized.
 
-    The answer is on the floorplan as it was given. Takes about as long as a tick.
+    The result is in the frame of the floorplan as given. Takes about as long as an update.
     """
     seen, graph = output.segmentation, output.graph
     if output.A_plan_odom is None or seen is None or graph is None or not output.estimates:

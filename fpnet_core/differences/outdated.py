@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where the robot is, the drawing is out of date: another thing than being lost.
+Detection of an outdated drawing around the robot, as distinct from being lost.
 
-Who is lost fits nowhere, and nothing can be said of the drawing. Who is localized among walls that
-are not drawn can say where the drawing is wrong, and by how much.
+A lost robot fits nowhere, which allows no conclusion about the drawing. A localized robot among
+walls that are not drawn can tell where the drawing is wrong, and how much.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from fpnet_core.scoring.reasons import metres, percent
 from fpnet_core.types import LocalizerOutput
 
 AROUND_M = 10.0
-"""Chosen: what lies so far from the robot is "here"."""
+"""Chosen: radius around the robot that is checked."""
 
 _OUTDATED, _AGREES = 0.15, 0.1
 """
-Chosen: shares of the walls here that must differ for the drawing to be called outdated, and below
-which it is no longer: what is in between says nothing new.
+Chosen: shares of the walls nearby above which the drawing counts as outdated, and below which it
+no longer does; in between the state is kept (hysteresis).
 """
 
-_EVERY_TICKS = 10
-"""Chosen: claimed ticks between two looks, each about as long as a tick."""
+_EVERY_UPDATES = 10
+"""Chosen: localized updates between two checks, each of which takes as long as an update."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outdated:
     """
-    The drawing is out of date around a place.
+    An outdated part of the drawing.
 
-    ``xy (2,)`` is the place in the drawing's frame [m], ``new_m`` the length of wall near it that
-    is not drawn, ``missing_m`` of what is drawn and not there, and ``share`` that of both in the
-    walls there.
+    ``xy (2,)`` is its position in the drawing's frame [m], ``new_m`` the length of observed walls
+    nearby that are not drawn, ``missing_m`` the length of drawn walls that are missing, and
+    ``share`` the share of both in the walls nearby.
     """
 
     xy: NDArray[np.float64]
@@ -52,16 +52,16 @@ class Outdated:
     share: float
 
     def __post_init__(self) -> None:
-        """Check the place."""
+        """Check the position."""
         freeze_field(self, 'xy', np.float64, (2,))
 
     @property
     def said(self) -> str:
-        """Where and how much, in one sentence."""
+        """Description in one sentence."""
         x, y = self.xy.tolist()
         return (
-            f'the drawing is out of date here: {metres(self.new_m)} of wall that is not drawn, '
-            f'{metres(self.missing_m)} drawn and not there, {percent(self.share)} of the walls '
+            f'the drawing is out of date here: {metres(self.new_m)} of observed wall not drawn, '
+            f'{metres(self.missing_m)} of drawn wall missing, {percent(self.share)} of the walls '
             f'within {metres(AROUND_M)} of ({x:.1f}, {y:.1f})'
         )
 
@@ -76,14 +76,14 @@ def outdated_at(
     found: Differences, xy: NDArray[np.float64], walls_m: float, was_outdated: bool = False
 ) -> Outdated | None:
     """
-    Return how far the drawing is out of date around a place; None where it is not.
+    Return how much the drawing is out of date around a position; None if it is up to date.
 
     Parameters
     ----------
     found : all differences
-    xy : (2,) the place in the drawing's frame [m]
-    walls_m : length of the walls seen around it [m]
-    was_outdated : it was before, and needs less to stay so
+    xy : (2,) the position in the drawing's frame [m]
+    walls_m : length of the observed walls around it [m]
+    was_outdated : the previous result, for the hysteresis
     """
     near = [
         each
@@ -102,7 +102,7 @@ def outdated_at(
 def outdated_here(
     output: LocalizerOutput, found: Differences, was_outdated: bool = False
 ) -> Outdated | None:
-    """Return how far the drawing is out of date where the robot is; None unless it is."""
+    """Return how much the drawing is out of date around the robot; None if it is up to date."""
     submap = output.submap
     if output.A_plan_odom is None or submap is None or not len(submap.path_xy):
         return None
@@ -114,34 +114,34 @@ def outdated_here(
 
 class DrawingWatch:
     """
-    Follows a running localizer's outputs, and looks now and then at what differs.
+    Checks the drawing at intervals, from a running localizer's outputs.
 
-    ``outdated`` is what holds where the robot is; None where the drawing agrees, or nobody knows
-    where the robot is.
+    ``outdated`` is the last result; None if the drawing is up to date around the robot, or the
+    robot is not localized.
     """
 
     def __init__(self) -> None:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: nobody knows where the robot is."""
+        """Reset the state, as for a robot that is not localized."""
         self.outdated: Outdated | None = None
         self._updates = 0
-        self._looked_m2 = 0.0
+        self._checked_m2 = 0.0
         self._storey = ''
 
     def follow(self, output: LocalizerOutput, plan: Floorplan | None) -> Differences | None:
-        """Take an output; return all differences if this was a look at them."""
+        """Add an output; return all differences if they were computed for it."""
         if output.A_plan_odom is None or plan is None or output.submap is None:
             self.forget()
             return None
         self._updates += 1
         area_m2 = output.submap.free_area_m2
-        has_news = area_m2 >= NEWS_GROWTH * self._looked_m2 or output.storey != self._storey
-        if self._updates % _EVERY_TICKS != 1 or not has_news:
+        has_news = area_m2 >= NEWS_GROWTH * self._checked_m2 or output.storey != self._storey
+        if self._updates % _EVERY_UPDATES != 1 or not has_news:
             return None
         found = differences_of(output, plan)
         if found is not None:
-            self._looked_m2, self._storey = area_m2, output.storey
+            self._checked_m2, self._storey = area_m2, output.storey
             self.outdated = outdated_here(output, found, self.outdated is not None)
         return found

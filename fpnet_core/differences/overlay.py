@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What was seen, on the raster of the drawing.
+Overlay of a submap on the raster of the drawing.
 
-Both are laid on each other place by place (:mod:`fpnet_core.differences.bending`): what is drawn
-half a metre off as a whole is inexact, not out of date.
+The maps are aligned locally (:mod:`fpnet_core.differences.bending`): a part that is drawn half a
+metre off as a whole is inexact, not out of date.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 Mask = NDArray[np.bool_]
 
 FAR_M = 1e3
-"""Numerical: distance from walls where there are none."""
+"""Numerical: distance from walls if there are none."""
 
 _BAR_M, _BAR_FILLED = 1.0, 0.6
 """
-Chosen: a wall that stands alone is as long as this [m], and fills so much of the smallest
-rectangle around it. Letters, outlines and a door's leaf with its arc leave most of theirs blank.
+Chosen: least length of a free-standing wall [m], and least filled share of the smallest rectangle
+around it. Letters, outlines and door leaves with arcs leave most of their rectangle blank.
 """
 
 
@@ -42,10 +42,10 @@ class Overlay:
     """
     Both maps on the raster of the drawing, ``(H, W)`` each.
 
-    ``drawn_m`` and ``seen_m`` are distances to the nearest ink and wall [m], ``is_drawn`` drawn
-    walls: no letters, door leaves and furniture. ``is_free`` and ``is_known`` are what was seen,
-    ``is_inside`` cells in the building or in its walls; ``cell_m`` is in true metres as far as
-    anybody knows.
+    ``drawn_m`` and ``seen_m`` are distances to the nearest ink and observed wall [m]. ``is_drawn``
+    marks drawn walls without letters, door leaves and furniture, ``is_wall`` observed walls,
+    ``is_free`` and ``is_known`` observed cells, ``is_inside`` cells in the building or its walls.
+    ``cell_m`` is in estimated true metres.
     """
 
     drawn_m: NDArray[np.float32]
@@ -64,11 +64,11 @@ def overlay(plan: PreparedMap, sub: PreparedMap, A_plan_sub: Affine2D) -> Overla
 
     Parameters
     ----------
-    plan, sub : both sides, in metres
-    A_plan_sub : the placement of the robot's map on the drawing
+    plan, sub : prepared maps of drawing and submap, in metres
+    A_plan_sub : the placement of the submap on the drawing
     """
     grid, seen = plan.segmentation.grid, sub.segmentation.grid
-    rc = _places_in(seen, grid, A_plan_sub, bending(plan.evidence, sub.evidence, A_plan_sub))
+    rc = _positions_in(seen, grid, A_plan_sub, bending(plan.evidence, sub.evidence, A_plan_sub))
     wall = _faced_walls(seen)
     labels = plan.segmentation.labels > 0
     reach = max(1, round(WALL_REACH_M / grid.resolution))
@@ -89,7 +89,7 @@ def overlay(plan: PreparedMap, sub: PreparedMap, A_plan_sub: Affine2D) -> Overla
 
 
 def _symbols(marks: Mask, cell_m: float) -> Mask:
-    """Return of marks ``(H, W)`` within rooms those that are no wall: no long straight bar."""
+    """Return the marks ``(H, W)`` within rooms that are not walls, that is long straight bars."""
     pieces, figures = pieces_of(marks)
     is_symbol = np.ones(len(figures), dtype=np.bool_)
     is_symbol[0] = False
@@ -105,22 +105,22 @@ def _symbols(marks: Mask, cell_m: float) -> Mask:
 
 
 def _faced_walls(seen: GridMap) -> Mask:
-    """Return the wall cells ``(H, W)`` of a robot's map that have free space in front of them."""
+    """Return the wall cells ``(H, W)`` of a submap that have free space in front of them."""
     reach = max(1, round(WALL_REACH_M / seen.resolution))
     return np.asarray((seen.cells == OCCUPIED) & grown(seen.cells == FREE, reach))
 
 
 def metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
-    """Return the distance ``(H, W)`` of each cell to the nearest one of ``mask`` [m]."""
+    """Return the distance ``(H, W)`` from each cell to the nearest one of ``mask`` [m]."""
     if not mask.any():
         return np.full(mask.shape, FAR_M, dtype=np.float32)
     return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)
 
 
-def _places_in(
+def _positions_in(
     seen: GridMap, drawn: GridMap, A_plan_sub: Affine2D, bending: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return where each cell of the drawing is in the robot's map, ``(H, W, 2)`` (row, col)."""
+    """Return the submap position of each cell of the drawing, ``(H, W, 2)`` (row, col)."""
     rc = np.stack(np.meshgrid(*map(np.arange, drawn.shape), indexing='ij'), axis=-1)
     xy, back = drawn.rc_to_xy(rc), A_plan_sub.inv()
     at = seen.xy_to_rc(back.apply(xy))

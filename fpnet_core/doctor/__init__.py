@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What keeps a robot from being found before any floorplan is looked at, and what to do.
+"""Checks of a robot's topics, frames, clocks and sensors before localization, with fixes.
 
-:func:`fpnet.doctor.examine.examine` makes every check.
+:func:`fpnet.doctor.examine.examine` runs all checks.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a robot's wiring, in words that say what to do."""
+"""Findings of the doctor: faults of a robot's configuration, with fixes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from enum import StrEnum
 
 
 class Problem(StrEnum):
-    """Kinds of what can be wrong; each has its paragraph in notes/doctor.md."""
+    """Kinds of faults; each has a row in notes/doctor.md."""
 
     TOPIC = 'topic missing'
-    SILENT = 'nothing comes'
+    SILENT = 'no messages'
     QOS = 'QoS does not match'
     FRAME = 'frame unknown'
     PARENTS = 'frame with two parents'
@@ -31,15 +31,15 @@ class Problem(StrEnum):
     HEIGHT = 'sensor at the wrong height'
     ODOMETRY = 'odometry disagrees with the scans'
     GYRO = 'gyroscope disagrees with the scans'
-    REGISTRATION = 'scans lose their way'
+    REGISTRATION = 'scan registration fails'
 
 
 @dataclass(frozen=True)
 class Finding:
     """
-    One thing that is wrong.
+    A fault.
 
-    ``where`` is a topic or frame, ``evidence`` what was seen, in figures, ``next`` what to do.
+    ``where`` is a topic or frame, ``evidence`` the measurement, ``next`` the fix.
     """
 
     problem: Problem
@@ -49,7 +49,7 @@ class Finding:
 
     @property
     def said(self) -> str:
-        """Return all but what to do, in one line."""
+        """The finding in one line, without the fix."""
         return f'{self.problem.value} ({self.where}): {self.evidence}'
 
     def as_json(self) -> dict[str, str]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Frames that hang together wrongly: unknown, with two parents, or in a circle."""
+"""Checks of the TF tree: unknown frames, frames with two parents, and loops."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STATIC = (
 
 
 def check_tree(seen: Observed) -> Iterator[Finding]:
-    """Yield frames with two parents, and circles."""
+    """Yield frames with two parents, and loops."""
     parents: dict[str, set[str]] = defaultdict(set)
     for each in seen.transforms:
         parents[each.child].add(each.parent)
@@ -30,21 +30,21 @@ def check_tree(seen: Observed) -> Iterator[Finding]:
                 Problem.PARENTS,
                 child,
                 f'its parents are {names}: they overwrite each other',
-                'let one of the two publishers be silent (publish_odom_tf: false of the odometry '
-                'node, publish_tf: false of a driver), or name another child',
+                'disable one of the two publishers (publish_odom_tf: false of the odometry node, '
+                'publish_tf: false of a driver), or rename one child frame',
             )
     for loop in _loops({child: sorted(above)[0] for child, above in parents.items()}):
         yield Finding(
             Problem.LOOP,
             loop[0],
-            f'{" -> ".join([*loop, loop[0]])}: TF can look up nothing there',
-            'end the publisher of one of these transforms; a frame hangs below what it is '
-            'mounted on, never the other way as well',
+            f'{" -> ".join([*loop, loop[0]])}: TF cannot look up these frames',
+            'stop the publisher of one of these transforms; publish each transform in one '
+            'direction only, from parent to child',
         )
 
 
 def _loops(parent: dict[str, str]) -> Iterator[list[str]]:
-    """Yield every circle once, from its first name in the alphabet."""
+    """Yield every loop once, starting at its alphabetically first frame."""
     done: set[str] = set()
     for start in sorted(parent):
         chain: list[str] = []
@@ -60,24 +60,24 @@ def _loops(parent: dict[str, str]) -> Iterator[list[str]]:
 
 
 def check_frames(seen: Observed) -> Iterator[Finding]:
-    """Yield scans whose place on the robot nothing tells."""
+    """Yield scans in frames without a transform to the robot's base."""
     topic, base = seen.topic(seen.scans), seen.child_frame
     for frame in () if topic is None else dict.fromkeys(topic.frames):
         if not frame:
             yield Finding(
                 Problem.FRAME,
                 seen.scans,
-                'its header names no frame',
+                'its header has no frame_id',
                 "set frame_id of the lidar's driver",
             )
         elif base and seen.tree.root(frame) != seen.tree.root(base):
             yield Finding(
                 Problem.FRAME,
                 frame,
-                f'scans on {seen.scans} are in it, odometry is of {base}, and nothing on '
-                f'{TF_STATIC_TOPIC} joins both{_meant(seen, frame)}',
+                f'scans on {seen.scans} are in it, odometry is of {base}, and no transform on '
+                f'{TF_STATIC_TOPIC} connects them{_suggestion(seen, frame)}',
                 _STATIC.format(base=base, frame=frame) + f'; or set frame_id of the driver. '
-                f'A transform on {TF_TOPIC} alone will not do: mounts are fixed',
+                f'A transform on {TF_TOPIC} is not enough: mounts must be static',
             )
     if seen.odometry and topic is not None and not base and len(topic):
         odometry = seen.topic(seen.odometry)
@@ -85,12 +85,12 @@ def check_frames(seen: Observed) -> Iterator[Finding]:
             yield Finding(
                 Problem.FRAME,
                 seen.odometry,
-                'its messages name no child_frame_id: nobody knows whose pose it is',
-                'set the base frame of what publishes the odometry',
+                'its messages have no child_frame_id, so the frame of the poses is unknown',
+                'set the base frame of the odometry publisher',
             )
 
 
-def _meant(seen: Observed, frame: str) -> str:
+def _suggestion(seen: Observed, frame: str) -> str:
     known = {name for each in seen.transforms for name in (each.parent, each.child)} - {frame}
     near = get_close_matches(frame, sorted(known), n=1)
-    return f'; there is {near[0]}' if near else ''
+    return f'; did you mean {near[0]}?' if near else ''

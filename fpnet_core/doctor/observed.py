@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What was heard of a robot in a few seconds: of a bag or of live topics, the same values."""
+"""Input of the doctor's checks: a few seconds of messages, from a bag or from live topics."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from fpnet_core.io.messages import transforms_of
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 
-_FIRST = 10  # messages that tell two clocks apart, before either may jump; chosen
+_FIRST = 10  # chosen: messages to compare two clocks, early to exclude later jumps
 
 
 @dataclass(frozen=True)
 class Offer:
-    """QoS of one publisher, or what a subscriber asks for; ``who`` is a node, or empty."""
+    """QoS of a publisher, or requested by a subscriber; ``who`` is the node's name or empty."""
 
     who: str = ''
     is_reliable: bool = True
@@ -33,10 +33,10 @@ class Offer:
 @dataclass(frozen=True, eq=False)
 class Topic:
     """
-    What came on a topic: times ``stamps_ns (M,)`` in headers and ``heard_ns (M,)`` of arrival.
+    Messages of a topic: ``stamps_ns (M,)`` of headers and times of arrival ``heard_ns (M,)``.
 
-    ``frames`` are those of the headers, ``children`` those of odometry. ``offers`` and
-    ``requests`` are of its publishers and of the subscribers that take part.
+    ``frames`` are the headers' frames, ``children`` the child frames of odometry. ``offers`` and
+    ``requests`` are the QoS of its publishers and subscribers.
     """
 
     name: str
@@ -49,19 +49,19 @@ class Topic:
     requests: tuple[Offer, ...] = ()
 
     def __len__(self) -> int:
-        """Count the messages."""
+        """Return the number of messages."""
         return len(self.heard_ns)
 
     @property
     def lag_s(self) -> float:
-        """By how much the first arrivals are behind their stamps [s]; NaN without messages."""
+        """Delay of the first messages from stamp to arrival [s]; NaN without messages."""
         lags = (self.heard_ns - self.stamps_ns)[:_FIRST]
         return float(np.median(lags)) / NS_PER_S if len(lags) else float('nan')
 
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """``T_parent_child (4, 4)`` as it came last on ``/tf`` or ``/tf_static``."""
+    """``T_parent_child (4, 4)`` as last received on ``/tf`` or ``/tf_static``."""
 
     parent: str
     child: str
@@ -72,10 +72,10 @@ class Transform:
 @dataclass(frozen=True, eq=False)
 class SeenScan:
     """
-    One scan: ``points (P, 3)`` [m] in ``frame``; ``stamp_ns`` is what its pose is of.
+    One scan: ``points (P, 3)`` [m] in ``frame``; ``stamp_ns`` is the reference time of its pose.
 
-    ``time_s (P,)`` None: without times; ``fields`` are the names in the message; ``is_planar``:
-    of a LaserScan.
+    ``time_s (P,)`` is None without point times; ``fields`` are the message's field names;
+    ``is_planar`` marks a LaserScan.
     """
 
     frame: str
@@ -89,18 +89,18 @@ class SeenScan:
 @dataclass(frozen=True, eq=False)
 class Observed:
     """
-    Everything that the checks look at.
+    Input of all checks.
 
     Parameters
     ----------
     seconds
-        For how long was listened.
+        Duration of the observation.
     topics
-        All of them, heard or not.
+        All topics, with or without messages.
     scans, odometry
-        Names of the topics that are meant; empty: none was named and none found.
+        Names of the topics to check; empty if none was named and none found.
     transforms
-        Of ``tf`` and the static ones.
+        Latest moving and static transforms.
     sweeps
         Scans of ``scans``, in order.
     track
@@ -108,9 +108,9 @@ class Observed:
     imu, gyro_ns, gyro_radps
         Topic of an IMU, empty without one; stamps ``(R,)`` and angular rates ``(R, 3)``.
     unreadable
-        What was wrong with scans that could not be decoded.
+        Errors of messages that could not be decoded.
     is_live
-        Arrival was measured by the clock that the nodes follow.
+        Whether times of arrival are on the clock of the nodes.
     tf
         Topic of the moving transforms.
     """
@@ -130,22 +130,22 @@ class Observed:
     tf: str = TF_TOPIC
 
     def topic(self, name: str) -> Topic | None:
-        """Return a topic by its name; None where there is none."""
+        """Return a topic by its name, or None."""
         return next((topic for topic in self.topics if topic.name == name), None)
 
     def of_types(self, *msgtypes: str) -> list[str]:
-        """Return the names of the topics that carry one of these types."""
+        """Return the sorted names of the topics of these types."""
         return sorted(topic.name for topic in self.topics if topic.msgtype in msgtypes)
 
     @property
     def child_frame(self) -> str:
-        """Whose poses the odometry gives; empty where it does not say."""
+        """Child frame of the odometry; empty if unknown."""
         topic = self.topic(self.odometry)
         return topic.children[0] if topic and topic.children else ''
 
     @cached_property
     def tree(self) -> FrameTree:
-        """Where sensors sit on the robot."""
+        """Tree of the static transforms."""
         tree = FrameTree()
         for each in self.transforms:
             if each.is_static:
@@ -154,6 +154,6 @@ class Observed:
 
 
 def heard_transforms(message: Any, is_static: bool) -> Iterator[Transform]:
-    """Yield the transforms of a TFMessage; ValueError as :func:`transforms_of`."""
+    """Yield the transforms of a TFMessage; raise ValueError as :func:`transforms_of`."""
     for each in transforms_of(message):
         yield Transform(each.parent, each.child, each.T_parent_child, is_static)

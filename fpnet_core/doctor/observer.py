@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Collects what is heard, message by message: those of rclpy and of a bag's reader alike."""
+"""Collector of messages for the doctor, from rclpy or from a bag's reader."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from fpnet_core.io.topic_names import KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC, 
 from fpnet_core.stamps import NS_PER_S
 
 MOST_SWEEPS = 150
-"""Sweeps that are kept; a check needs no more. Chosen."""
+"""Largest number of sweeps that are kept; checks need no more. Chosen."""
 
-_MOST_POINTS = 20_000  # of each, evenly chosen; numerical: KISS-ICP thins them out as well
+_MOST_POINTS = 20_000  # numerical: points kept of a sweep, evenly; KISS-ICP downsamples anyway
 
 
 @dataclass(eq=False)
 class _Heard:
-    """What came on one topic."""
+    """Messages of one topic."""
 
     msgtype: str
     stamps_ns: list[int] = field(default_factory=list)
@@ -51,14 +51,14 @@ class _Heard:
 
 class Observer:
     """
-    Listens to a robot for a while.
+    Collects messages of a robot for some time.
 
     Parameters
     ----------
     types
-        Message type of every topic that there is.
+        Message type of every existing topic.
     scans, odometry
-        Topics that are meant; empty: the likeliest of their kind, None of ``odometry``: none.
+        Topics to use; empty selects the likeliest of their type, ``odometry`` None uses none.
     """
 
     def __init__(self, types: dict[str, str], scans: str = '', odometry: str | None = '') -> None:
@@ -77,18 +77,18 @@ class Observer:
 
     @property
     def topics(self) -> list[str]:
-        """Topics that have to be listened to."""
+        """Topics to subscribe to."""
         wanted = dict.fromkeys((self.scans, self.odometry, self.imu, *self.tf))
         return [name for name in wanted if name in self._types]
 
     def wanted(self, msgtypes: Collection[str], names: Collection[str]) -> list[str]:
-        """Return the topics whose QoS matters: scans, of some types, and some others."""
+        """Return the topics to check for QoS: the scans, those of ``msgtypes``, and ``names``."""
         of_types = [name for name, msgtype in self._types.items() if msgtype in msgtypes]
         found = dict.fromkeys((self.scans, *of_types, *names))
         return [name for name in found if name in self._types]
 
     def hear(self, name: str, heard_ns: int, message: Any) -> None:
-        """Take a message that arrived at a time [ns]."""
+        """Add a message with its time of arrival [ns]."""
         heard = self._heard[name]
         if heard.msgtype == TRANSFORMS:
             self._take_transforms(heard, name, heard_ns, message)
@@ -113,7 +113,7 @@ class Observer:
         requests: dict[str, tuple[Offer, ...]] | None = None,
         is_live: bool = False,
     ) -> Observed:
-        """Return everything, with the QoS of publishers and subscribers by topic."""
+        """Return the collected input of the checks, with QoS offers and requests by topic."""
         asked = defaultdict(tuple, requests or {})
         topics = [
             Topic(
@@ -181,7 +181,7 @@ class Observer:
 
 
 def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepStamps) -> SeenScan:
-    """Return a scan, at the end of its sweep as nodes find it."""
+    """Decode a scan, stamped at the end of its sweep as in the nodes."""
     if msgtype in LASER_SCANS:
         seen = decode_laser(message)
         last_ns = stamp_ns + round(float(seen.time_s.max(initial=0.0)) * NS_PER_S)
@@ -194,7 +194,7 @@ def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepSt
 
 
 def tf_beside(types: Collection[str], scans: str) -> tuple[str, str]:
-    """Return the topics of TF and of static TF: of the scans' namespace, where it has them."""
+    """Return the topics of TF and static TF, in the scans' namespace if it has them."""
     namespace = scans
     while namespace:
         namespace = namespace.rpartition('/')[0]
@@ -204,14 +204,14 @@ def tf_beside(types: Collection[str], scans: str) -> tuple[str, str]:
 
 
 def likeliest_scans(types: dict[str, str]) -> str:
-    """Return the topic of the scans that are meant, clouds before planar scans; empty: none."""
+    """Return the likeliest topic of scans, clouds before planar scans; empty if none."""
     clouds = usable_clouds(types)
     lasers = [topic for topic, msgtype in types.items() if msgtype in LASER_SCANS]
     return next(iter(sorted(clouds) or sorted(lasers)), '')
 
 
 def likeliest_odometry(types: dict[str, str]) -> str:
-    """Return the topic of the odometry that is meant, KISS-ICP's if there; empty: none."""
+    """Return the likeliest odometry topic, KISS-ICP's first; empty if none."""
     found = [name for name, msgtype in types.items() if msgtype == ODOMETRY]
     usable: Iterable[str] = [name for name in found if not TRUTH_TOPICS.search(name)]
     return min(usable, key=lambda name: (not name.endswith(KISS_ODOMETRY), name), default='')

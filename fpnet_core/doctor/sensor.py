@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a scanner sees at all, and how it sits on the robot, from floor and ceiling."""
+"""Checks of a scanner's returns, and of its mount from floor and ceiling."""
 
 from __future__ import annotations
 
@@ -20,41 +20,41 @@ from fpnet_core.submaps.heights import floor_and_ceiling
 Array = NDArray[np.float64]
 
 HIGHEST_MOUNT_M = 1.6
-"""Physical: no robot that fits through doors carries its lidar higher above the floor."""
+"""Physical: highest mount of a lidar on a robot that fits through doors, above the floor."""
 
 HIGHEST_BASE_M = 0.4
-"""Physical: base frames lie on the ground or in the wheels' axle, no higher than this."""
+"""Physical: base frames are on the ground or at the wheels' axle, no higher than this."""
 
 FARTHEST_M = 100.0
-"""Physical: in buildings at least half of what a lidar sees is nearer than this."""
+"""Physical: in buildings at least half of a lidar's returns are nearer than this."""
 
 # Chosen, not measured:
-_TOLERANCE_M = 0.15  # of a mount that somebody has measured
-_NEAR_M = 1.2  # a plane so near above the sensor, and none below it, is the floor
+_TOLERANCE_M = 0.15  # of a manually measured mount
+_NEAR_M = 1.2  # a plane this close above the sensor, without one below, is the floor
 _TILT_RAD = math.radians(6.0)
-_SHARPER = 1.05  # times as many pairs of returns at one height as without the tilt
+_SHARPER = 1.05  # least ratio of pairs of returns at one height, with and without the tilt
 # Numerical:
-_LOOK_EVERY = 10  # scans from one that tells where the floor is to the next
+_LOOK_EVERY = 10  # every tenth scan is checked for the floor
 _POINTS = 4000  # of all sweeps together
-_STEP_RAD = math.radians(4.0)  # between tilts that are tried
-_RINGS, _FINER = 8, 4  # of them, and of finer ones around the best
+_STEP_RAD = math.radians(4.0)  # between candidate tilts
+_RINGS, _FINER = 8, 4  # rings of candidates, and of finer ones around the best
 _BIN_M = 0.1  # of heights
 
 
 def check_returns(seen: Observed) -> Iterator[Finding]:
-    """Yield scans of which none has a return: a robot that sees nothing knows no better."""
+    """Yield scans if none of them has a return."""
     if seen.sweeps and not any(len(sweep.points) for sweep in seen.sweeps):
         yield Finding(
             Problem.BLIND,
             seen.scans,
-            'scans come, and none of them has a single return',
-            'look whether the lidar is covered, turns, and has the right range limits; '
-            'where all walls are out of its range, a pose rests on odometry alone',
+            'scans arrive, but none of them has any return',
+            'check that the lidar is not covered, rotates, and has the right range limits; '
+            'where all walls are out of its range, the pose depends on odometry alone',
         )
 
 
 def check_unit(seen: Observed) -> Iterator[Finding]:
-    """Yield returns that no building is large enough for: ranges are metres by REP-103."""
+    """Yield scans whose ranges are too long for a building; REP-103 asks for metres."""
     points = [each.points for each in seen.sweeps if len(each.points)]
     if not points:
         return
@@ -64,34 +64,34 @@ def check_unit(seen: Observed) -> Iterator[Finding]:
             Problem.UNIT,
             seen.scans,
             f'half of the returns are more than {range_m:,.0f} m away',
-            'ranges are in metres (REP-103): mend the driver where it gives millimetres or '
-            'centimetres',
+            'ranges must be in metres (REP-103): correct the driver if it publishes millimetres '
+            'or centimetres',
         )
 
 
 def check_point_times(seen: Observed) -> Iterator[Finding]:
-    """Yield clouds whose points have no time of their own."""
+    """Yield clouds without a time per point."""
     sweep = next((each for each in seen.sweeps if not each.is_planar and len(each.points)), None)
-    if sweep is None or is_registered(seen.scans):  # its motion is undone already
+    if sweep is None or is_registered(seen.scans):  # already deskewed
         return
     if sweep.time_s is not None and np.ptp(sweep.time_s) > 0.0:
         return
     has_field = sweep.time_s is not None
     fields = f'; its fields are {", ".join(sweep.fields)}' if sweep.fields else ''
-    what = 'its times are all the same' if has_field else f'no usable time field{fields}'
+    what = 'all its times are equal' if has_field else f'no usable time field{fields}'
     yield Finding(
         Problem.POINT_TIMES,
         seen.scans,
-        f'{what}: KISS-ICP undoes the motion during a sweep by the order of the points, where it '
-        'sees in turns that there is one; with other odometry walls smear in turns, and the '
-        "stamp is taken for a sweep's middle",
+        f'{what}: KISS-ICP deskews by the order of the points, once turns show that sweeps are '
+        'skewed; with other odometry walls are smeared in turns, and the stamp is assumed to be '
+        "the sweep's middle",
         'choose a point format with t, time or timestamp in the driver (point type XYZIRT or '
-        'similar); a simulator whose sweeps are of one instant has none and needs none',
+        'similar); a simulator with instantaneous sweeps needs no times',
     )
 
 
 def check_mount(seen: Observed) -> Iterator[Finding]:
-    """Yield a scanner that is tilted, upside down, or not as high as its transform says."""
+    """Yield a scanner that is tilted, upside down, or at another height than its transform."""
     sweeps = [each for each in seen.sweeps if not each.is_planar and len(each.points)]
     if not sweeps:
         return
@@ -103,13 +103,13 @@ def check_mount(seen: Observed) -> Iterator[Finding]:
     if tilt_rad > _TILT_RAD:
         is_beyond = tilt_rad >= _STEP_RAD * _RINGS
         more = ' or more' if is_beyond else ''
-        optical = '; of an optical frame, z ahead: --roll -1.5708 --yaw -1.5708' * is_beyond
+        optical = '; for an optical frame (z ahead): --roll -1.5708 --yaw -1.5708' * is_beyond
         yield Finding(
             Problem.TILTED,
             frame,
-            f'floor and ceiling are level only after a turn of {math.degrees(tilt_rad):.0f} '
+            f'floor and ceiling are level only after a rotation of {math.degrees(tilt_rad):.0f} '
             f'degrees{more}{_as_mounted(mount)}',
-            'put its tilt (--roll, --pitch) into the static transform from the base to it'
+            'add its tilt (--roll, --pitch) to the static transform from the base to the sensor'
             f'{optical}',
         )
         return
@@ -119,10 +119,10 @@ def check_mount(seen: Observed) -> Iterator[Finding]:
         yield Finding(
             Problem.UPSIDE_DOWN,
             frame,
-            f'it sees a plane {ceiling:.2f} m above itself and {below} below, as if the floor '
-            f'were above it{_as_mounted(mount)}',
-            'put --roll 3.14159 into the static transform from the base to it, or the option of '
-            'its driver',
+            f'it sees a plane {ceiling:.2f} m above itself and {below} below: the floor seems to '
+            f'be above it{_as_mounted(mount)}',
+            'add --roll 3.14159 to the static transform from the base to the sensor, or set the '
+            'option of its driver',
         )
     elif height_m is not None and floor is not None:
         yield from _wrong_height(frame, -floor, float(height_m))
@@ -133,23 +133,22 @@ def _wrong_height(frame: str, seen_m: float, told_m: float) -> Iterator[Finding]
         yield Finding(
             Problem.HEIGHT,
             frame,
-            f'the floor is {seen_m:.2f} m below it, /tf_static puts it {told_m:.2f} m above the '
-            'base',
-            f'mend --z of the static transform to it: {seen_m:.2f} where the base frame lies on '
-            'the floor',
+            f'the floor is {seen_m:.2f} m below it, but /tf_static puts it {told_m:.2f} m above '
+            'the base',
+            f'correct --z of its static transform: {seen_m:.2f} if the base frame is on the floor',
         )
 
 
 def is_upside_down(floor: float | None, ceiling: float | None, told_m: float | None) -> bool:
     """
-    Tell whether what looks like the ceiling is the floor.
+    Return whether the apparent ceiling is the floor.
 
     Parameters
     ----------
     floor, ceiling
-        Heights of the planes below and above the sensor, from it [m]; None: not seen.
+        Heights of the planes below and above the sensor, relative to it [m]; None if not seen.
     told_m
-        The sensor above its base, as its transform says; None: nobody says it.
+        Height of the sensor above its base by its transform [m]; None if unknown.
     """
     if ceiling is None:
         return False
@@ -157,19 +156,19 @@ def is_upside_down(floor: float | None, ceiling: float | None, told_m: float | N
         return ceiling < _NEAR_M
     if -floor <= ceiling:
         return False
-    if told_m is not None:  # the plane that is where the floor should be is the floor
+    if told_m is not None:  # the floor is the plane that is closer to its expected height
         return abs(ceiling - told_m) < abs(-floor - told_m) and ceiling < HIGHEST_MOUNT_M
     return -floor > HIGHEST_MOUNT_M > ceiling
 
 
 class MountVotes:
-    """What scans say of whether their scanner hangs upside down; one in ten is looked at."""
+    """Votes of scans on whether the scanner is upside down; one in ten is checked."""
 
     def __init__(self) -> None:
         self._scans, self._looks, self._votes = 0, 0, 0
 
     def look(self, scan: Scan) -> None:
-        """Take a scan."""
+        """Add a scan."""
         if self._scans % _LOOK_EVERY == 0:
             self._looks += 1
             self._votes += upside_down_vote(scan)
@@ -177,12 +176,12 @@ class MountVotes:
 
     @property
     def is_upside_down(self) -> bool:
-        """Tell whether most looks say so."""
+        """Whether most of the checked scans vote for it."""
         return 2 * self._votes > self._looks
 
 
 def upside_down_vote(scan: Scan) -> int:
-    """Return 1 for a scan with the floor above it, -1 for one below it, 0 where it shows none."""
+    """Return 1 if a scan shows the floor above the sensor, -1 if below, 0 if not at all."""
     T = scan.T_odom_sensor if scan.T_base_sensor is None else scan.T_base_sensor
     heights = scan.points @ (np.eye(3) if T is None else T[:3, :3])[2]
     floor, ceiling = floor_and_ceiling(heights)
@@ -194,11 +193,11 @@ def upside_down_vote(scan: Scan) -> int:
 
 def tilt(points: Array) -> float:
     """
-    Return by how much the vertical of the seen planes is off the z axis [rad].
+    Return the angle between the normal of level planes and the z axis [rad].
 
     Parameters
     ----------
-    points : (P, 3), seen from the sensor [m]
+    points : (P, 3), sensor frame [m]
     """
     level = _sharpness(points[:, 2])
     coarse, sharp = _sharpest(points, np.eye(3), _STEP_RAD, _RINGS)
@@ -207,7 +206,7 @@ def tilt(points: Array) -> float:
 
 
 def _sharpest(points: Array, turned: Array, step_rad: float, rings: int) -> tuple[Array, float]:
-    """Return the direction (3,), of those around the z axis of ``turned``, and its sharpness."""
+    """Return the direction (3,) with the highest sharpness around z of ``turned``, and that."""
     ups = _directions(step_rad, rings) @ turned.T
     sharp = np.array([_sharpness(points @ up) for up in ups])
     best = int(sharp.argmax())
@@ -215,13 +214,13 @@ def _sharpest(points: Array, turned: Array, step_rad: float, rings: int) -> tupl
 
 
 def _turned_to(up: Array) -> Array:
-    """Return a rotation (3, 3) that takes z to ``up``."""
+    """Return a rotation (3, 3) that maps z to ``up``."""
     rotation = Rotation.align_vectors(up[None], [[0.0, 0.0, 1.0]])[0]
     return np.asarray(rotation.as_matrix(), dtype=np.float64)
 
 
 def _directions(step_rad: float, rings: int) -> Array:
-    """Return unit vectors ``(D, 3)`` in rings around z, which comes first."""
+    """Return unit vectors ``(D, 3)``: z, then rings around it."""
     found = [(0.0, 0.0, 1.0)]
     for ring in range(1, rings + 1):
         angle = ring * step_rad
@@ -232,25 +231,25 @@ def _directions(step_rad: float, rings: int) -> Array:
 
 
 def _sharpness(heights: Array) -> float:
-    """Return the share of pairs of returns that are at one height."""
+    """Return the share of pairs of returns in the same height bin."""
     bins = np.floor(heights / _BIN_M).astype(np.int64)
     counts = np.bincount(bins - bins.min())
     return float(np.sum(counts.astype(np.float64) ** 2)) / len(heights) ** 2
 
 
 def _some(sweeps: list[SeenScan]) -> Array:
-    """Return points of all sweeps, evenly chosen ``(P, 3)``."""
+    """Return an even subset ``(P, 3)`` of the points of all sweeps."""
     share = max(1, sum(len(each.points) for each in sweeps) // _POINTS)
-    # Others of each: a robot that stands still sees the same again and again.
+    # Different points of each sweep, because those of a standing robot repeat.
     points = np.concatenate([each.points[k % share :: share] for k, each in enumerate(sweeps)])
     return points.astype(np.float64)
 
 
 def _mount(seen: Observed, sweep: SeenScan) -> Array | None:
-    """Return ``T_base_sensor (4, 4)``, None where nobody tells it."""
+    """Return ``T_base_sensor (4, 4)``, or None if it is unknown."""
     base = seen.child_frame or seen.tree.root(sweep.frame)
     return None if base == sweep.frame else seen.tree.lookup(base, sweep.frame, 0)
 
 
 def _as_mounted(mount: Array | None) -> str:
-    return '' if mount is None else ', mounted as /tf_static says'
+    return '' if mount is None else ', with the mount from /tf_static'

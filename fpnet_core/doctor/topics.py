@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Topics that are missing or silent, and publishers whose QoS no subscriber can take."""
+"""Checks of topics: missing or without messages, and publishers with incompatible QoS."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ _MEANT = {
 
 
 def check_topics(seen: Observed) -> Iterator[Finding]:
-    """Yield what is missing of scans and odometry."""
+    """Yield missing topics of scans and odometry."""
     yield from _missing(seen, seen.scans, seen.topic(seen.scans), SCANS)
     if seen.odometry:
         yield from _missing(seen, seen.odometry, seen.topic(seen.odometry), (ODOMETRY,))
 
 
 def check_time(seen: Observed) -> Iterator[Finding]:
-    """Yield that time stands still: nodes follow a simulated clock that nobody publishes."""
+    """Yield the clock topic if nodes use simulated time that nobody publishes."""
     clock = seen.topic(CLOCK_TOPIC)
     if clock is not None and clock.requests and not clock.offers:
         who = ', '.join(sorted({request.who for request in clock.requests}))
         yield Finding(
             Problem.TOPIC,
             clock.name,
-            f'use_sim_time is true for {who}, and nobody publishes the time: it stands still',
+            f'use_sim_time is true for {who}, but nobody publishes /clock: time stands still',
             'set use_sim_time: false on a robot; with a recording or a simulator publish /clock '
             '(ros2 bag play --clock)',
         )
 
 
 def check_published(seen: Observed, names: Iterable[str]) -> Iterator[Finding]:
-    """Yield what is missing of topics that a node subscribes to, whether they are heard or not."""
+    """Yield missing topics among those that a node subscribes to."""
     for name in names:
         topic = seen.topic(name)
         if topic is not None and not topic.offers:
@@ -56,8 +56,8 @@ def _missing(
 ) -> Iterator[Finding]:
     what, how = _MEANT[msgtypes[0]]
     others = [n for n in seen.of_types(*msgtypes) if n != name]
-    there = f'there is {", ".join(others)}' if others else f'nothing here carries {what}'
-    fix = how.replace('TOPIC', others[0]) if others else f'start what publishes {what}'
+    there = f'available: {", ".join(others)}' if others else f'no topic has {what}'
+    fix = how.replace('TOPIC', others[0]) if others else f'start the publisher of {what}'
     if topic is None or not (len(topic) or topic.offers):
         evidence = f'nobody publishes it; {there}' if name else there
         yield Finding(Problem.TOPIC, name or what, evidence, fix)
@@ -69,22 +69,22 @@ def _missing(
         yield Finding(
             Problem.SILENT,
             name,
-            f'{who} publishes it, but nothing came in {seen.seconds:.0f} s',
-            'look whether the driver runs and its sensor answers (ros2 topic hz); large clouds '
-            'can be lost on the way, see "Large clouds" in docs/ros.md',
+            f'{who} publishes it, but no message arrived in {seen.seconds:.0f} s',
+            'check that the driver runs and its sensor responds (ros2 topic hz); large clouds '
+            'can be lost in transport, see "Large clouds" in docs/ros.md',
         )
 
 
 def check_qos(seen: Observed) -> Iterator[Finding]:
-    """Yield publishers that subscribers of this package, or those that are there, cannot hear."""
+    """Yield publishers whose QoS existing subscribers, or those of this package, cannot match."""
     for topic in seen.topics:
         for evidence in dict.fromkeys(_mismatches(topic)):
             yield Finding(
                 Problem.QOS,
                 topic.name,
                 evidence,
-                'mend the publisher (of a recording: ros2 bag play --qos-profile-overrides-path), '
-                'or let the subscriber ask for less: parameter qos_overrides.'
+                'correct the publisher (of a bag: ros2 bag play --qos-profile-overrides-path), or '
+                'let the subscriber request less: parameter qos_overrides.'
                 f'{topic.name}.subscription.reliability or .durability',
             )
 
@@ -95,11 +95,11 @@ def _mismatches(topic: Topic) -> Iterator[str]:
             if why := mismatch(offer, request):
                 by = f' by {offer.who}' if offer.who else ''
                 to = request.who or 'its subscriber'
-                yield f'published {why[0]}{by}, but {to} asks for {why[1]}: nothing arrives'
+                yield f'published {why[0]}{by}, but {to} requests {why[1]}: no message arrives'
 
 
 def mismatch(offer: Offer, request: Offer) -> tuple[str, str] | None:
-    """Return what is offered and what is asked for instead; None where both fit."""
+    """Return the offered and the requested policy if they are incompatible, else None."""
     if request.is_reliable and not offer.is_reliable:
         return 'best effort', 'reliable'
     if request.is_latched and not offer.is_latched:
@@ -108,7 +108,7 @@ def mismatch(offer: Offer, request: Offer) -> tuple[str, str] | None:
 
 
 def _usual_requests(topic: Topic) -> list[Offer]:
-    """Return what this package's nodes ask of a topic; scans and odometry may be of any QoS."""
+    """Return the QoS that this package's nodes request; any for scans and odometry."""
     is_map = topic.msgtype == GRID and topic.name.rpartition('/')[2] in _MAPS
     if topic.name.endswith(TF_STATIC_TOPIC) or is_map:
         return [_LATCHED]

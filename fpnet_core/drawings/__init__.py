@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From any drawing of a building to a map, with a record of how it was read."""
+"""Parser of building drawings: from any drawing to a map, with a record of the parse."""

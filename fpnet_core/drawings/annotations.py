@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The scale that a drawing itself states: by its dimensions, its scale bar, or as 1:100.
+Scale stated by a drawing's annotations: dimensions, a scale bar or a ratio such as 1:100.
 
-Nothing is believed for a single number; see :mod:`fpnet_core.drawings.votes`.
+A single number is not sufficient; see :mod:`fpnet_core.drawings.votes`.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from fpnet_core.drawings.scale_bars import bar_votes
 from fpnet_core.drawings.types import Drawing, DrawingScale, ScaleSource
 from fpnet_core.drawings.votes import Consensus, Prior, Vote, VoteKind, most_likely
 
-_MAX_LABELS = 600  # numerical: that are looked at
-_PICTURE_PX = 1.0  # numerical: error of ends of a picture's lines
+_MAX_LABELS = 600  # numerical: labels that are evaluated
+_PICTURE_PX = 1.0  # numerical: error of line ends in an image
 # Chosen, not measured:
-_RATIO_ERROR = 0.005  # of paper that is printed and scanned again
-_DOORS_M = (0.55, 1.5)  # median width of doors that a scale must give
-_DOOR_M, _DOOR_SPREAD = 0.9, 0.2  # median width of doors, and its spread as a logarithm
+_RATIO_ERROR = 0.005  # relative, of paper that was printed and scanned
+_DOORS_M = (0.55, 1.5)  # plausible median width of doors
+_DOOR_M, _DOOR_SPREAD = 0.9, 0.2  # median width of doors, and the spread of its logarithm
 _MIN_DOORS = 3
-_SIZE_M = (3.0, 3_000.0)  # of the whole drawing
+_SIZE_M = (3.0, 3_000.0)  # plausible size of the whole drawing
 _SOURCES = {
     VoteKind.DIMENSION: ScaleSource.DIMENSIONS,
     VoteKind.BAR: ScaleSource.SCALE_BAR,
@@ -38,10 +38,10 @@ _SOURCES = {
 
 def annotated_scale(drawing: Drawing, votes: Sequence[Vote] | None = None) -> DrawingScale | None:
     """
-    Return the scale that a drawing states by itself, None where nothing consistent is there.
+    Return the scale stated by a drawing's annotations; None without consistent ones.
 
-    Dimension texts with the lines that they measure, scale bars with their ticks, and a stated
-    1:100 if the format has a paper size and doors bear it out. They must not contradict.
+    Sources are dimension texts with their lines, scale bars with their ticks, and a ratio such as
+    1:100 if the format has a paper size and doors confirm it. They must not contradict each other.
     ``votes`` are those of :func:`label_votes`.
     """
     prior = None
@@ -53,7 +53,7 @@ def annotated_scale(drawing: Drawing, votes: Sequence[Vote] | None = None) -> Dr
 
 
 def label_votes(drawing: Drawing) -> list[Vote]:
-    """Return the votes of a drawing's texts as far as no rooms are needed for them."""
+    """Return the votes of a drawing's texts that do not depend on its rooms."""
     if not drawing.labels:
         return []
     labels = drawing.labels[:_MAX_LABELS]
@@ -70,7 +70,7 @@ def label_votes(drawing: Drawing) -> list[Vote]:
 
 
 def is_building(drawing: Drawing, found: Consensus) -> bool:
-    """Tell whether a drawing has the size of a building, and its doors that of doors."""
+    """Return whether the size of a drawing and its doors are plausible for a building."""
     size_m = max(drawing.pixels.shape[:2]) * found.resolution_m
     if not _SIZE_M[0] < size_m < _SIZE_M[1]:
         return False
@@ -81,7 +81,7 @@ def is_building(drawing: Drawing, found: Consensus) -> bool:
 
 
 def _paper_votes(drawing: Drawing) -> list[Vote]:
-    """Return a vote for each ratio that stands on paper of known size."""
+    """Return a vote per printed ratio if the paper size is known."""
     if drawing.paper_m is None:
         return []
     return [
@@ -92,6 +92,6 @@ def _paper_votes(drawing: Drawing) -> list[Vote]:
 
 
 def scale_of(found: Consensus) -> DrawingScale:
-    """Return what texts agree on as a drawing's scale."""
+    """Return the consensus of texts as a drawing's scale."""
     kind = max(found.counts, key=lambda kind: found.counts[kind])
     return DrawingScale(found.resolution_m, found.low_m, found.high_m, _SOURCES[kind], found.why)

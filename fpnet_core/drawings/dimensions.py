@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Votes of dimensions: each text with each distance that it stands in the middle of."""
+"""Scale votes of dimensions: each text with every span that it is centred on."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from fpnet_core.drawings.types import Array, Label, Strokes
 from fpnet_core.drawings.votes import Vote, VoteKind
 
 PARALLEL = math.radians(1.5)
-"""Angle by which a line may be off the axis that it is taken for [rad]. Chosen."""
+"""Largest angle between a line and its axis [rad]. Chosen."""
 
 DRAWN = 0.003
-"""Share of a length to which a drawing's lines and its numbers agree. Chosen."""
+"""Relative error between drawn lengths and dimension texts. Chosen."""
 
 # Chosen, not measured:
-_REACH = 2.4  # of a text's height, from its middle to the line that it measures
-_ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
-_TOUCH = 0.5  # of a text's height, by which a tick or extension line may miss the line
-_CROSSING_SIN = 0.25  # of the angle at which a line crosses another at least
-_STATIONS = 4  # ticks on either side that may be the ends of what is measured
-_MIDDLE = 0.06  # of the length, how far a text may be off the middle of its line
-_TURNED = 1.15  # height to width of a text that is written upwards
+_REACH = 2.4  # in text heights: from the centre of a text to its dimension line
+_ON_LINE = 0.15  # in text heights: segments within this distance are one line
+_TOUCH = 0.5  # in text heights: gap between a tick or extension line and the dimension line
+_CROSSING_SIN = 0.25  # sine of the smallest angle between crossing lines
+_STATIONS = 4  # ticks on either side that may end the measured span
+_MIDDLE = 0.06  # of the span: largest offset of a text from its centre
+_TURNED = 1.15  # height to width of vertical text
 
 
 @dataclass(frozen=True)
 class _Text:
-    """A text that may be a length [m] under a unit; ``middle``, ``height`` [pixels]; axis 0 x."""
+    """A text as a possible length; ``middle`` and ``height`` in pixels, ``axis`` 0 for x."""
 
     value_m: float
     unit: str
@@ -44,7 +44,7 @@ class _Text:
 
 @dataclass(frozen=True, eq=False)
 class DrawnLines:
-    """Straight pieces: ``low``, ``high`` (N, 2) corners of their boxes, ``angle`` (N,) [rad]."""
+    """Line segments: ``low``, ``high`` (N, 2) corners of their boxes, ``angle`` (N,) [rad]."""
 
     ends: Array
     low: Array
@@ -53,7 +53,7 @@ class DrawnLines:
 
     @staticmethod
     def of(strokes: Strokes) -> DrawnLines:
-        """Return the straight pieces of a drawing's lines."""
+        """Return the straight segments of a drawing's strokes."""
         ends = strokes.ends[~strokes.is_curve]
         dx, dy = (ends[:, 1] - ends[:, 0]).T
         angle = np.mod(np.arctan2(dy, dx), np.pi)
@@ -66,7 +66,7 @@ class DrawnLines:
 
 
 def dimension_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float) -> list[Vote]:
-    """Return the votes of texts beside lines whose ends are off by ``error_px`` [pixels]."""
+    """Return the votes of texts beside lines; ``error_px`` is the error of line ends [pixels]."""
     votes = []
     for number, label in enumerate(labels):
         texts = list(_texts(label))
@@ -80,7 +80,7 @@ def dimension_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float)
 
 
 def _texts(label: Label) -> Iterator[_Text]:
-    """Yield what length a text may be; a bare number under each unit that is written so."""
+    """Yield the lengths that a text may state; a bare number once per plausible unit."""
     left, top, right, bottom = label.box
     width, height = right - left, bottom - top
     axis = 1 if height > _TURNED * width else 0
@@ -95,7 +95,7 @@ def _texts(label: Label) -> Iterator[_Text]:
 
 
 def _spans(text: _Text, lines: DrawnLines) -> list[float]:
-    """Return the lengths [pixels] that a text may measure: between ticks on lines beside it."""
+    """Return the spans [pixels] that a text may dimension: between ticks on lines beside it."""
     along, across = text.axis, 1 - text.axis
     centre, level = text.middle[along], text.middle[across]
     reach = _REACH * text.height
@@ -121,7 +121,7 @@ def _clusters(levels: Array, width: float) -> list[float]:
 
 
 def _stations(on_line: Array, level: float, text: _Text, lines: DrawnLines) -> Array:
-    """Return where along a line something ends on it or crosses it, near the text."""
+    """Return the positions along a line where segments end on it or cross it."""
     along, across = text.axis, 1 - text.axis
     own = lines.ends[on_line][:, :, along].ravel()
     low, high = float(own.min()), float(own.max())
@@ -138,7 +138,7 @@ def _stations(on_line: Array, level: float, text: _Text, lines: DrawnLines) -> A
 
 
 def _pairs(stations: Array, centre: float) -> list[float]:
-    """Return distances between stations on either side that have ``centre`` in the middle."""
+    """Return the distances between stations on either side that are centred on ``centre``."""
     at = int(np.searchsorted(stations, centre))
     spans = []
     for left in stations[max(at - _STATIONS, 0) : at].tolist():

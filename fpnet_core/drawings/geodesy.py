@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Longitudes and latitudes as metres about a place: equirectangular, true within a building."""
+"""Local metric coordinates of longitudes and latitudes: equirectangular projection."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_AXIS_M = 6_378_137.0  # given: WGS 84, half of the equator's diameter
-_ECCENTRICITY2 = 6.694379990141e-3  # given: WGS 84, squared
+_AXIS_M = 6_378_137.0  # given: WGS 84, semi-major axis
+_ECCENTRICITY2 = 6.694379990141e-3  # given: WGS 84, eccentricity squared
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LocalMetres:
-    """A place on Earth, in degrees, about which metres are counted: x to the east, y north."""
+    """Local metric frame, x east and y north, with its origin at a position in degrees."""
 
     longitude: float
     latitude: float
 
     @property
     def metres_per_degree(self) -> Array:
-        """``(2,)`` to the east and to the north."""
+        """Metres per degree ``(2,)``, east and north."""
         sine = np.sin(np.radians(self.latitude))
         root = 1.0 - _ECCENTRICITY2 * sine**2
         across = _AXIS_M / np.sqrt(root) * np.cos(np.radians(self.latitude))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Lengths, sizes, areas and scales in texts: units' names, and what a text may say in metres."""
+"""Parsing of lengths, sizes, areas and scale ratios in texts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ WRITTEN_UNITS_M = {
     'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': FOOT_M, 'feet': FOOT_M,
     "'": FOOT_M,
 }  # fmt: skip
-"""Physical: length of a unit [m] by what it is called in drawings, in lower case."""
+"""Physical: length of a unit [m] by its lower-case name in drawings."""
 
-# Physical: scales that drawings are made at; 1/4 inch to the foot is 1:48.
+# Physical: scales of drawings; 1/4 inch to the foot is 1:48.
 RATIOS = frozenset({10, 20, 25, 33, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000})
 
 _FOOT_SIGN, _INCH_SIGN = r'[\'\u2032\u2019]', r'(?:[\"\u2033\u201d]|\'\'|\u2019\u2019)'
@@ -60,16 +60,16 @@ _INCH_TO_FOOT = re.compile(
 )  # fmt: skip
 
 
-_LONGEST = 80  # numerical: letters of a text that are looked at; files may hold any number
+_LONGEST = 80  # numerical: evaluated characters of a text; files may hold any number
 
 
 def _short(text: str) -> str:
-    """Return the beginning of a text with single blanks."""
+    """Return the start of a text with whitespace collapsed."""
     return ' '.join(text[: 2 * _LONGEST].split())[:_LONGEST]
 
 
 def lengths(text: str) -> Iterator[tuple[float, str]]:
-    """Yield (metres, unit) that a text may say; the unit is empty where the text says it."""
+    """Yield possible (metres, assumed unit) of a text; the unit is empty if it is stated."""
     text = _short(text)
     feet = _FEET.fullmatch(text)
     if feet is not None:
@@ -92,7 +92,7 @@ def lengths(text: str) -> Iterator[tuple[float, str]]:
 
 
 def number_and_unit(text: str) -> tuple[float | None, float | None]:
-    """Return the number that a text is, and its unit [m] if it has one; None for no number."""
+    """Return the number in a text and its unit [m]; None for what is missing."""
     match = _LENGTH.fullmatch(_short(text))
     if match is None:
         return None, None
@@ -104,9 +104,9 @@ def number_and_unit(text: str) -> tuple[float | None, float | None]:
 
 def room_sizes(text: str) -> Iterator[tuple[float, float, str]]:
     """
-    Yield (metres, metres, unit) of a room that a text may say, as ``325 x 285``.
+    Yield possible (metres, metres, assumed unit) of a room size such as ``325 x 285``.
 
-    The unit is empty where the text says it; behind the second side it counts for both.
+    The unit is empty if it is stated; one behind the second side counts for both.
     """
     match = _SIZE.search(_short(text))
     if match is None:
@@ -122,7 +122,7 @@ def room_sizes(text: str) -> Iterator[tuple[float, float, str]]:
 
 
 def areas(text: str) -> Iterator[float]:
-    """Yield square metres that a text may say; 1,250 may be a thousand and more, or one."""
+    """Yield possible areas [m2] of a text; ``1,250`` may be 1250 or 1.25."""
     match, unit_m2 = _area(_short(text))
     if match is None:
         return
@@ -134,14 +134,14 @@ def areas(text: str) -> Iterator[float]:
 
 
 def without_area(text: str) -> str:
-    """Return what else a text says: ``Office`` of ``Office 13.2 m2``."""
+    """Return a text without its area: ``Office`` for ``Office 13.2 m2``."""
     text = _short(text)
     match, _ = _area(text)
     return text if match is None else f'{text[: match.start()]} {text[match.end() :]}'.strip()
 
 
 def _area(text: str) -> tuple[re.Match[str] | None, float]:
-    """Return where a text says an area, and its unit [m2]."""
+    """Return the match of an area in a text, None if there is none, and its unit [m2]."""
     for pattern, unit_m2 in (
         (_SQUARE_METRES, 1.0),
         (_SQUARE_FEET, FOOT_M**2),
@@ -154,7 +154,7 @@ def _area(text: str) -> tuple[re.Match[str] | None, float]:
 
 
 def ratios(text: str) -> Iterator[float]:
-    """Yield the numbers of true metres to one on paper that a text states: ``1:100``."""
+    """Yield the scale denominators that a text states: 100 for ``1:100``."""
     text = _short(text)
     for match in _INCH_TO_FOOT.finditer(text):
         above, below, whole, feet = (int(part) if part else 0 for part in match.groups())

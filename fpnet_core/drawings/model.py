@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A storey of a building as a floorplan model: walls, doors, windows and rooms, not cells.
+Vector model of one storey: walls, doors, windows and rooms.
 
-Places are metres in frame ``plan`` (x right, y up), where a reader does not say otherwise. Rings
-are runs of corners, not closed; the first one of an area is its outside, further ones are holes.
+Coordinates are metres in frame ``plan`` (x right, y up) unless a reader states otherwise. Rings
+are corner sequences, not closed; the first ring of an area is its exterior, others are holes.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ Rings = tuple[Array, ...]
 
 
 class DoorKind(StrEnum):
-    """How a door opens."""
+    """Type of a door by how it opens."""
 
     SWING = 'swing'
     DOUBLE = 'double swing'
     SLIDING = 'sliding'
     FOLDING = 'folding'
     REVOLVING = 'revolving'
-    OPENING = 'opening'  # no leaf at all
+    OPENING = 'opening'  # without a leaf
     UNKNOWN = 'unknown'
 
 
 @dataclass(frozen=True, eq=False)
 class ModelWall:
-    """A wall or column seen from above: ``rings`` of (V, 2), ``source`` says who tells it."""
+    """Footprint of a wall or column: ``rings`` of (V, 2); ``source`` is the element's origin."""
 
     rings: Rings
     probability: float = 1.0
@@ -59,14 +59,14 @@ class ModelDoor:
     Parameters
     ----------
     ends : (2, 2)
-        Of the opening, in the middle of the wall.
-    depth_m : thickness of the wall that it is in; 0 where unknown
-    kind : how it opens
-    hinge : which of ``ends`` the leaf turns about; None where unknown or where it does not turn
+        End points of the opening on the centre line of the wall.
+    depth_m : thickness of the surrounding wall; 0 if unknown
+    kind : type of the door
+    hinge : index into ``ends`` of the hinge; None if unknown or without a swinging leaf
     leaf : (2,)
-        Where the leaf ends when it is open; None where unknown.
+        Tip of the open leaf; None if unknown.
     name : as written in the file; empty if it has none
-    probability, source : how surely it is there, and who tells it
+    probability, source : probability that the door exists, and origin of the element
     """
 
     ends: Array
@@ -94,7 +94,7 @@ class ModelDoor:
 
 @dataclass(frozen=True, eq=False)
 class ModelWindow:
-    """A window: ``ends (2, 2)`` in the middle of its wall, which is ``depth_m`` thick."""
+    """A window: ``ends (2, 2)`` on the centre line of its wall, which is ``depth_m`` thick."""
 
     ends: Array
     depth_m: float = 0.0
@@ -109,10 +109,10 @@ class ModelWindow:
 @dataclass(frozen=True, eq=False)
 class ModelRoom:
     """
-    A room: its ``rings`` of (V, 2), and what the file has written in it.
+    A room: ``rings`` of (V, 2) and the texts that the file has in it.
 
-    ``name`` is empty and ``printed_area_m2`` None where nothing is written; ``category`` is the
-    file's own word for what the room is used for.
+    ``name`` is empty and ``printed_area_m2`` None without such a text; ``category`` is the room's
+    use as named in the file.
     """
 
     rings: Rings
@@ -132,14 +132,14 @@ class ModelRoom:
 
     @property
     def area_m2(self) -> float:
-        """Area within the first ring and outside of the others [m2]."""
+        """Area of the first ring minus the holes [m2]."""
         outside, *holes = (abs(ring_area(ring)) for ring in self.rings)
         return outside - sum(holes)
 
 
 @dataclass(frozen=True)
 class ModelStorey:
-    """A storey of the building; ``elevation_m`` of its floor is None where nobody says it."""
+    """A storey of the building; ``elevation_m`` of its floor is None if not stated."""
 
     name: str
     elevation_m: float | None = None
@@ -148,19 +148,19 @@ class ModelStorey:
 @dataclass(frozen=True, eq=False)
 class FloorplanModel:
     """
-    What a drawing says of one storey.
+    Elements of one storey as stated by a drawing.
 
     Parameters
     ----------
-    walls, doors, windows, rooms : its elements; empty where the drawing tells none
-    outline : rings of the building, the outside of its outer walls; empty where unknown
-    storeys : all storeys of the building, from below
-    storey : which one of them this is; None where unknown
-    scale : what is known of the scale of the drawing's pixels; None where it has none
+    walls, doors, windows, rooms : elements; empty if the drawing states none
+    outline : rings along the exterior of the outer walls; empty if unknown
+    storeys : all storeys of the building, lowest first
+    storey : index of this one in ``storeys``; None if unknown
+    scale : scale of the drawing's pixels; None if not known
     H_plan_image : (3, 3)
-        From the drawing's pixels to metres of frame ``plan``; None where there are no pixels.
+        Maps pixels of the drawing to metres of frame ``plan``; None without pixels.
     is_whole
-        The file states the whole storey; if not, some doors only, and the rest is on its picture.
+        If false, the file states some doors only, and the rest must be parsed from its image.
     """
 
     walls: tuple[ModelWall, ...] = ()
@@ -186,12 +186,12 @@ class FloorplanModel:
 
     @property
     def states_rooms(self) -> bool:
-        """Tell whether the file states the storey's rooms, so that none need be found."""
+        """Whether the file states the storey's rooms, so that no segmentation is needed."""
         return self.is_whole and bool(self.rooms)
 
     @property
     def points(self) -> Array:
-        """Every corner and end in it ``(N, 2)``."""
+        """All corners and end points ``(N, 2)``."""
         rings = [ring for wall in self.walls for ring in wall.rings]
         rings += [ring for room in self.rooms for ring in room.rings]
         rings += [door.ends for door in self.doors] + [window.ends for window in self.windows]
@@ -200,9 +200,9 @@ class FloorplanModel:
 
     def moved(self, A: Array) -> FloorplanModel:
         """
-        Return the model under an affine ``A (2, 3)`` that keeps angles, as to other units.
+        Return the model transformed by a similarity ``A (2, 3)``, e.g. to other units.
 
-        Scale and ``H_plan_image`` are of the frame that is left, and not kept.
+        ``scale`` and ``H_plan_image`` refer to the old frame and are set to None.
         """
         factor = float(scale_of(A[:, :2]))
 
@@ -234,7 +234,7 @@ def _moved_door(door: ModelDoor, move: Callable[[Array], Array], factor: float) 
 
 
 def ring_area(ring: NDArray[np.float64]) -> float:
-    """Return the area in a ring ``(V, 2)``, negative where it runs clockwise."""
+    """Return the signed area of a ring ``(V, 2)``, negative if clockwise."""
     x, y = (ring - ring[0]).T
     return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
@@ -253,7 +253,7 @@ def _freeze_opening(owner: Any) -> None:
     if not 0.0 <= owner.depth_m < math.inf:
         raise ValueError(f'{type(owner).__name__}.depth_m: must be 0 or more, got {owner.depth_m}')
     if not (owner.ends[0] != owner.ends[1]).any():
-        raise ValueError(f'{type(owner).__name__}.ends: both are one place')
+        raise ValueError(f'{type(owner).__name__}.ends: the two ends coincide')
 
 
 def _check_probability(owner: Any) -> None:
@@ -269,7 +269,7 @@ _ELEMENTS = {
 
 
 def model_to_json(model: FloorplanModel) -> dict[str, Any]:
-    """Return a model as plain values: lists, texts and numbers."""
+    """Return a model as JSON values: lists, strings and numbers."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, np.ndarray):
@@ -286,12 +286,12 @@ def model_to_json(model: FloorplanModel) -> dict[str, Any]:
 
 def model_from_json(values: dict[str, Any]) -> FloorplanModel:
     """
-    Return the model of plain values as :func:`model_to_json` makes them.
+    Return the model from the output of :func:`model_to_json`.
 
     Raises
     ------
     ValueError, KeyError, TypeError
-        If they are others.
+        If the values do not describe a model.
     """
     values = dict(values)
     for name, kind in _ELEMENTS.items():

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A floorplan model as an occupancy raster: walls, windows and free floor, painted as they are.
+Rasterization of a floorplan model to an occupancy grid.
 
-Doors are open, windows are wall. Where a model has no rooms, its floor is what walls, windows and
-shut doors keep apart from the outside.
+Doors are free, windows are occupied. Without rooms, the floor is the area that walls, windows and
+closed doors separate from the outside.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 WALL_M = 0.1
-"""Thickness of walls of which a model tells one line only [m]. Chosen."""
+"""Thickness of walls that a model states as single lines [m]. Chosen."""
 
-_SHUT = 0.5  # of a building's outline that its walls shut in, for them to tell inside; chosen
-_FAR = 4.0  # numerical: sizes of the raster outside of it that corners are moved to
-_LEAST_M2 = 1.0  # chosen: floor that is no hollow of a wall
+_SHUT = 0.5  # of the outline's area: if less floor is enclosed, the walls leak; chosen
+_FAR = 4.0  # numerical: corners are clipped to this many raster sizes
+_LEAST_M2 = 1.0  # chosen: smaller enclosed areas are hollows of walls
 
 Mask = NDArray[np.bool_]
 
 
 def model_grid(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> GridMap:
     """
-    Return a model's raster of ``shape`` (rows, columns), whose first cell starts at (0, 0).
+    Return a model as a grid of ``shape`` (rows, columns), whose first cell starts at (0, 0).
 
-    Cells that nothing is known of are unknown, and so is all outside. Without rooms, and with
-    walls that do not close, no cell is free but those of doors.
+    The outside and all cells without information are unknown. Without rooms, and with walls that
+    leak, the building's outline is the floor. Doors are free if they adjoin floor.
     """
     walls = wall_mask(model, cell_m, shape)
     more_m = 2.0 * cell_m + (0.0 if model.walls else WALL_M)
@@ -44,15 +44,15 @@ def model_grid(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> 
     cells = np.full(shape, UNKNOWN, np.int8)
     cells[floor] = FREE
     cells[walls] = OCCUPIED
-    cells[doors & ~_leads_nowhere(doors, floor & ~walls)] = FREE
+    cells[doors & ~_unconnected(doors, floor & ~walls)] = FREE
     return GridMap(cells, cell_m)
 
 
 def wall_mask(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> Mask:
     """
-    Tell the cells of walls and windows; doors are not yet cut out of them.
+    Return the mask of walls and windows; doors are not yet subtracted.
 
-    A model of rooms alone has its walls along their outlines.
+    If the model has no walls, they are drawn along the outlines of its rooms.
     """
     walls = _areas([wall.rings for wall in model.walls], cell_m, shape)
     if not model.walls:
@@ -62,7 +62,7 @@ def wall_mask(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> M
 
 
 def _floor(model: FloorplanModel, shut: Mask, cell_m: float) -> Mask:
-    """Tell the cells that are shut in; where most of the building leaks, those in its outline."""
+    """Return the mask of enclosed cells; if walls leak, that of the outline."""
     floor = enclosed(shut, cell_m)
     outline = _areas([(ring,) for ring in model.outline], cell_m, (shut.shape[0], shut.shape[1]))
     leaks = np.count_nonzero(floor & outline) < _SHUT * np.count_nonzero(outline)
@@ -70,7 +70,7 @@ def _floor(model: FloorplanModel, shut: Mask, cell_m: float) -> Mask:
 
 
 def enclosed(shut: Mask, cell_m: float) -> Mask:
-    """Tell the cells that ``shut`` ones keep apart from the raster's edge, hollows left out."""
+    """Return the mask of areas enclosed by ``shut`` cells, without small hollows."""
     open_cells = np.pad(~shut, 1, constant_values=True).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(open_cells, connectivity=4)
     is_room = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= _LEAST_M2
@@ -79,23 +79,23 @@ def enclosed(shut: Mask, cell_m: float) -> Mask:
     return inside
 
 
-def _leads_nowhere(doors: Mask, floor: Mask) -> Mask:
-    """Tell the cells of doors that no floor is beside: those of a storey's other parts."""
+def _unconnected(doors: Mask, floor: Mask) -> Mask:
+    """Return the mask of doors without adjoining floor: those of other parts of the storey."""
     _, labels = cv2.connectedComponents(doors.astype(np.uint8), connectivity=8)
     beside = cv2.dilate(floor.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    leads = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
-    leads[np.unique(labels[beside & doors])] = True
-    nowhere: Mask = doors & ~leads[labels]
-    return nowhere
+    is_connected = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
+    is_connected[np.unique(labels[beside & doors])] = True
+    unconnected: Mask = doors & ~is_connected[labels]
+    return unconnected
 
 
 def _areas(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> Mask:
-    """Tell the cells in any of the areas, each of them rings with holes."""
+    """Return the mask of the union of areas, each given as rings with holes."""
     return painted(areas, cell_m, shape) > 0
 
 
 def painted(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Return for each cell the last of the areas that it is in, counted from 1; 0 for none."""
+    """Return the 1-based index of the last area that covers each cell; 0 for none."""
     numbers = np.zeros(shape, np.int32)
     for number, rings in enumerate(areas, start=1):
         corners = [_corners(ring, cell_m, shape) for ring in rings]
@@ -113,7 +113,7 @@ def painted(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> NDArra
 
 
 def _drawn(lines: list[Array], cell_m: float, shape: tuple[int, int]) -> Mask:
-    """Tell the cells under closed lines as thick as a wall."""
+    """Return the mask of closed lines drawn at wall thickness."""
     mask = np.zeros(shape, np.uint8)
     thickness = max(round(WALL_M / cell_m), 1)
     corners = [_corners(line, cell_m, shape) for line in lines]
@@ -122,7 +122,7 @@ def _drawn(lines: list[Array], cell_m: float, shape: tuple[int, int]) -> Mask:
 
 
 def _corners(ring: Array, cell_m: float, shape: tuple[int, int]) -> NDArray[np.int32]:
-    """Return corners [m] as numbers that OpenCV paints; ones far away are moved nearer."""
+    """Return corners [m] in OpenCV's fixed-point pixels, clipped far outside of the raster."""
     far = _FAR * max(shape)
     return fixed_point(np.clip(ring / cell_m - 0.5, -far, far))
 
@@ -133,14 +133,14 @@ def _openings(
     shape: tuple[int, int],
     more_m: float,
 ) -> Mask:
-    """Tell the cells of openings, through the whole of their walls and so much beyond."""
+    """Return the mask of openings, ``more_m`` deeper than their walls."""
     return _areas([(rectangle(each, more_m, cell_m),) for each in openings], cell_m, shape)
 
 
 def rectangle(
     opening: ModelDoor | ModelWindow, more_m: float = 0.0, least_m: float = 0.0
 ) -> Array:
-    """Return the corners (4, 2) of an opening, so much deeper than its wall, but ``least_m``."""
+    """Return the corners (4, 2) of an opening: wall depth + ``more_m``, at least ``least_m``."""
     start, end = opening.ends
     along = (end - start) / np.hypot(*(end - start))
     depth = max((opening.depth_m or WALL_M) + more_m, least_m)

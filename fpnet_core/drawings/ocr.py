@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Texts on pictures, read by RapidOCR where it is installed: the extra ``ocr``."""
+"""OCR of texts in images with RapidOCR (optional extra ``ocr``)."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from fpnet_core.drawings.types import Drawing, Label, Reading, ReadOptions, Scal
 from fpnet_core.errors import ConfigError
 
 NOT_READ = "texts on the picture were not read: pip install 'fpnet_ros[ocr]'"
-"""Note of a picture whose texts might have told its scale."""
+"""Note for an image whose texts could have stated its scale."""
 
-_MODELS = {'Det': '*det*.onnx', 'Cls': '*cls*.onnx', 'Rec': '*rec*.onnx'}  # given: by the wheel
-_MOST_PX = 3.2e6  # numerical: pixels that are searched for texts, in 3 s of one core
-_MOST_TEXTS = 250  # numerical: of which each takes 0.05 s of one core
-_ENLARGED_PX = 2.0e6  # numerical: up to which small pictures are enlarged
-_LARGEST_FACTOR = 2.0  # of small pictures; chosen
-_LEAST_SCORE = 0.75  # of a text that is believed; chosen
+_MODELS = {'Det': '*det*.onnx', 'Cls': '*cls*.onnx', 'Rec': '*rec*.onnx'}  # given: in the wheel
+_MOST_PX = 3.2e6  # numerical: largest image for text detection [pixels], 3 s on one core
+_MOST_TEXTS = 250  # numerical: largest number of texts, 0.05 s each on one core
+_ENLARGED_PX = 2.0e6  # numerical: smaller images are enlarged to this size [pixels]
+_LARGEST_FACTOR = 2.0  # largest enlargement of small images; chosen
+_LEAST_SCORE = 0.75  # smallest score of an accepted text; chosen
 
 
 def is_installed() -> bool:
-    """Tell whether texts on pictures can be read."""
+    """Return whether the OCR packages are installed."""
     return find_spec('rapidocr') is not None and find_spec('onnxruntime') is not None
 
 
 def with_texts(drawing: Drawing, options: ReadOptions) -> Drawing:
     """
-    Return a picture with its texts, where these may tell its scale and nobody else does.
+    Return an image of unknown scale with its texts as labels.
 
-    Vector drawings and pictures of known scale stay as they are, as do all where the extra that
-    reads texts is missing.
+    Vector drawings, images of known scale and, without the extra ``ocr``, all drawings are
+    returned unchanged.
     """
     is_stated = options.resolution_m is not None or options.length is not None
     if is_stated or drawing.scale is not None or not _is_picture(drawing) or not is_installed():
@@ -47,7 +47,7 @@ def with_texts(drawing: Drawing, options: ReadOptions) -> Drawing:
 
 
 def is_unread(reading: Reading) -> bool:
-    """Tell whether texts might have told a picture's scale, and nothing could read them."""
+    """Return whether an image's scale is an estimate and OCR, which might state it, is missing."""
     is_known = reading.scale.source is not ScaleSource.ESTIMATED
     return not is_known and _is_picture(reading.drawing) and not is_installed()
 
@@ -59,9 +59,9 @@ def _is_picture(drawing: Drawing) -> bool:
 
 def read_labels(pixels: NDArray[np.uint8]) -> tuple[Label, ...]:
     """
-    Return the texts of ``pixels (H, W, 3)`` uint8, red first; none where there are none.
+    Return the texts in ``pixels (H, W, 3)``, uint8 RGB; an empty tuple if there are none.
 
-    A sheet of 3,500 pixels takes about 10 s of one core. Nothing is fetched from anywhere.
+    A sheet of 3,500 pixels takes about 10 s on one core. Nothing is downloaded.
 
     Raises
     ------
@@ -94,14 +94,14 @@ def read_labels(pixels: NDArray[np.uint8]) -> tuple[Label, ...]:
 
 @cache
 def _engine() -> Any:
-    """Return the reader with the models inside its package, on one core."""
+    """Return the OCR engine with the models of its package, on one core."""
     import rapidocr
 
     folder = Path(rapidocr.__file__).parent / 'models'
     params: dict[str, Any] = {
         'Global.log_level': 'error',
-        'Global.max_side_len': 1 << 15,  # pixels are limited by their number
-        'Det.limit_side_len': 32,  # nothing is enlarged
+        'Global.max_side_len': 1 << 15,  # read_labels limits the number of pixels
+        'Det.limit_side_len': 32,  # no further enlargement
         'Det.max_candidates': _MOST_TEXTS,
         'EngineConfig.onnxruntime.intra_op_num_threads': 1,
         'EngineConfig.onnxruntime.inter_op_num_threads': 1,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Open any drawing: by what its first bytes say it is, whatever its name says."""
+"""Opening of drawing files; their first bytes decide the format, not their names."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.plain_files import regular
 
 RMF_SUFFIX = '.building.yaml'
-"""Given: of the files that Open-RMF's traffic editor writes."""
+"""Given: suffix of files of Open-RMF's traffic editor."""
 
-_HEAD_BYTES = 4096  # numerical
+_HEAD_BYTES = 4096  # numerical: read to detect the format
 _DXF = re.compile(rb'\A(?:\xef\xbb\xbf)?\s*(?:999\r?\n[^\n]*\n\s*)*0\s*\r?\n\s*SECTION\s*\r?\n')
 _SVG = re.compile(rb'<(?:\w+:)?svg[\s>]')
 _IMAGES = (
@@ -77,23 +77,23 @@ _BY_SUFFIX = {
     '.avif': 'an AVIF picture: convert it to PNG with ImageMagick',
     '.zip': 'an archive: unpack it first',
 }
-_PAGED = ('pdf', 'ifc', 'geojson', 'rmf')  # given: beside TIFF; a storey is a page of a building
-_LAYERLESS = ('geojson', 'rmf')  # given
-_READ = 'PNG, JPEG, TIFF, WebP, GIF, BMP, PGM, PDF, SVG, DXF, IFC or IMDF'
+_PAGED = ('pdf', 'ifc', 'geojson', 'rmf')  # given: like TIFF; a storey counts as a page
+_LAYERLESS = ('geojson', 'rmf')  # given: formats without layers
+_SUPPORTED = 'PNG, JPEG, TIFF, WebP, GIF, BMP, PGM, PDF, SVG, DXF, IFC or IMDF'
 
 
 def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  # noqa: B008
     """
-    Return what a file of any readable format holds.
+    Return the content of a file of any supported format.
 
-    Vector formats are read in a process of their own, which may take 1.6 GB and 15 s.
+    Vector formats are read in a subprocess limited to 1.6 GB and 15 s.
 
     Raises
     ------
     MapFormatError
-        In one line: if the file is missing, empty, a folder, damaged, encrypted, too large, or of
-        a format that is not read, with a program that converts it; if an image is asked for
-        layers, or a file without pages for one.
+        If the file is missing, empty, a folder, damaged, encrypted, too large, or of an
+        unsupported format (the one-line message names a converter), or if a page or layers are
+        given for a format that has none.
     """
     path = Path(path)
     kind = drawing_kind(path)
@@ -101,27 +101,27 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
         from fpnet_core.drawings.formats.images import open_image
 
         if options.layers:
-            raise MapFormatError(f'{path} is an image, which has no layers; leave that out')
+            raise MapFormatError(f'{path} is an image, which has no layers; omit the layers')
         drawing = with_texts(open_image(path, options.page, options.crop), options)
     else:
         from fpnet_core.drawings.formats.worker import read_apart
 
         if options.page is not None and kind not in _PAGED:
-            raise MapFormatError(f'{path} is {_worded(kind)}, which has no pages; leave that out')
+            raise MapFormatError(f'{path} is {_named(kind)}, which has no pages; omit the page')
         if options.layers and kind in _LAYERLESS:
-            raise MapFormatError(f'{path} is {_worded(kind)}, which has no layers; leave that out')
+            raise MapFormatError(f'{path} is {_named(kind)}, which has no layers; omit the layers')
         drawing = with_texts(read_apart(path, kind, options), options)
     suffix = path.suffix.lower()
     others = [
         suffix for other, suffixes in _SUFFIXES.items() if other != kind for suffix in suffixes
     ]
     if suffix in others:
-        note = f'it is named {suffix}, but holds {_worded(kind)}'
+        note = f'its suffix is {suffix}, but it contains {_named(kind)}'
         drawing = replace(drawing, notes=(*drawing.notes, note))
     return drawing
 
 
-def _worded(kind: str) -> str:
+def _named(kind: str) -> str:
     return {
         'image': 'an image', 'svg': 'an SVG', 'ifc': 'an IFC', 'geojson': 'a GeoJSON',
         'rmf': 'an Open-RMF building',
@@ -135,7 +135,7 @@ def drawing_kind(path: Path) -> str:
     Raises
     ------
     MapFormatError
-        If the file is missing, empty, a folder that is no IMDF, or none of these.
+        If the file is missing, empty, a folder without GeoJSON, or of another format.
     """
     if path.is_dir() and any(path.glob('*.geojson')):
         return 'geojson'
@@ -158,7 +158,7 @@ def drawing_kind(path: Path) -> str:
 
 
 def _is_geojson(path: Path, head: bytes) -> bool:
-    """Tell whether a file is GeoJSON, or a ZIP with some in it, as IMDF comes."""
+    """Return whether a file is GeoJSON or a ZIP that contains GeoJSON, such as IMDF."""
     text = _as_bytes(head).lstrip(b'\xef\xbb\xbf \r\n\t')
     if text.startswith(b'{'):
         return b'"Feature' in text or path.suffix.lower() == '.geojson'
@@ -169,7 +169,7 @@ def _is_geojson(path: Path, head: bytes) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             return any(name.lower().endswith('.geojson') for name in archive.namelist())
-    except Exception:  # damaged archives raise many kinds
+    except Exception:  # damaged archives raise many exception types
         return False
 
 
@@ -192,25 +192,25 @@ def _head(path: Path) -> bytes:
 
 
 def _as_bytes(head: bytes) -> bytes:
-    """Return text without the zeros of UTF-16."""
+    """Return UTF-16 text without its zero bytes; other bytes unchanged."""
     return head.replace(b'\0', b'') if head[:2] in (b'\xff\xfe', b'\xfe\xff') else head
 
 
 def _refusal(path: Path, head: bytes) -> str:
-    """Return one line on a file that is not read."""
+    """Return the one-line error message for an unsupported file."""
     what = next((text for magic, text in _BY_CONTENT if head.startswith(magic)), None)
     if head[4:8] == b'ftyp':
         what = 'a HEIC or AVIF picture: convert it to JPEG with heif-convert or ImageMagick'
     what = what or _BY_SUFFIX.get(path.suffix.lower())
     if what is None and path.suffix.lower() in known_suffixes():
-        what = f'no {path.suffix[1:].upper()} file inside, whatever its name says: export it again'
+        what = f'not {path.suffix[1:].upper()} despite its suffix: export it again'
     if what is None and head.startswith(b'PK'):
         what = 'an archive: unpack it first'
     if what is None:
-        what = f'of a format that is not read: expected {_READ}'
+        what = f'of an unsupported format: expected {_SUPPORTED}'
     return f'{path} is {what}'
 
 
 def known_suffixes() -> tuple[str, ...]:
-    """Return how the names of drawings end that are read."""
+    """Return the suffixes of supported drawings."""
     return tuple(suffix for suffixes in _SUFFIXES.values() for suffix in suffixes)

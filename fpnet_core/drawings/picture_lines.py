@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Thin upright and level lines of a picture, as dimensions and scale bars are drawn."""
+"""Detection of thin horizontal and vertical lines in images: dimensions, scale bars."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.types import Array, Label, Strokes
 
 # Chosen, not measured:
-_CONTRAST = 60  # level of grey by which a line differs from the paper
-_SHORTEST = 0.6  # of a letter's height: half a tick
-_THICKEST = 0.3  # of a letter's height
-_LEAST_PX = 7  # numerical: of a line
-_THIN_PX = 3  # numerical: a line so thin is thin beside any letter
+_CONTRAST = 60  # difference of grey level between a line and the paper
+_SHORTEST = 0.6  # of a letter's height: shortest line, half a tick
+_THICKEST = 0.3  # of a letter's height: thickest line
+_LEAST_PX = 7  # numerical: shortest line
+_THIN_PX = 3  # numerical: lines up to this thickness are thin beside any letter
 
 
 def picture_lines(pixels: NDArray[np.uint8], labels: Sequence[Label]) -> Strokes:
     """
-    Return the thin lines of ``pixels (H, W, 3)`` beside texts as large as ``labels``.
+    Return the thin lines in ``pixels (H, W, 3)``, sized relative to the text of ``labels``.
 
-    Ends are in the middle of what a line ends with, exact to a pixel. None where no text is.
+    End points lie on the centre line, exact to a pixel. Empty without labels.
     """
     import cv2
 
@@ -41,7 +41,7 @@ def picture_lines(pixels: NDArray[np.uint8], labels: Sequence[Label]) -> Strokes
 
 
 def _level_lines(ink: NDArray[np.bool_], length: int, thick: int) -> Array:
-    """Return the ends (N, 2, 2) of level lines (x, y) that are at least so long."""
+    """Return the ends (N, 2, 2), x and y, of horizontal lines of at least ``length`` pixels."""
     import cv2
 
     runs = cv2.morphologyEx(ink.astype(np.uint8), cv2.MORPH_OPEN, np.ones((1, length), np.uint8))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A reading as files: a map_server map, and beside it how it came from the drawing.
+Files of a parsed drawing: a map_server map and a JSON record beside it.
 
-The map alone says how long a metre is, but not how surely, and not where the user's own pixels
-are. Both are in a JSON file of its name; who reads the map again gets them back.
+The map states its resolution, but neither the uncertainty of the scale nor the transform from the
+user's pixels. The JSON file of the same name holds both and is read back with the map.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.maps import write_map
 
 MAP_FORMAT = 'map_server'
-"""What :class:`fpnet_core.drawings.types.Drawing` calls a map that is taken as it is."""
+"""Format of a :class:`fpnet_core.drawings.types.Drawing` that is a map_server map."""
 
-_VERSION = 1  # given
-_MARK = 'fpnet_plan'  # tells these files from any other JSON beside a map
-_MAX_BYTES = 1_000_000  # numerical: longer ones are no record of a reading
-_AFFINE = 1e-9  # numerical: a last row as near to (0, 0, 1) is that of an affine map
-_SAME = 1e-6  # numerical: share by which two figures differ after they were written
+_VERSION = 1  # given: of the record
+_MARK = 'fpnet_plan'  # distinguishes records from other JSON files beside a map
+_MAX_BYTES = 1_000_000  # numerical: longer files are no records
+_AFFINE = 1e-9  # numerical: tolerance of the last row (0, 0, 1) of an affine map
+_SAME = 1e-6  # numerical: relative error of a number after writing and reading
 
 
 def write_plan(reading: Reading, yaml_path: Path | str) -> Path:
-    """Write the map with its image, and its record, whose path is returned."""
+    """Write the map with its image and its record; return the path of the record."""
     yaml_path = Path(yaml_path)
     write_map(reading.grid, yaml_path)
     record = record_path(yaml_path)
@@ -43,22 +43,22 @@ def write_plan(reading: Reading, yaml_path: Path | str) -> Path:
 
 
 def record_path(yaml_path: Path) -> Path:
-    """Return where the record of a map is: beside it, as JSON."""
+    """Return the path of a map's record: beside it, as JSON."""
     return yaml_path.with_suffix('.json')
 
 
 def picture_path(yaml_path: Path) -> Path:
-    """Return where the picture of how a map was read is: beside it."""
+    """Return the path of the picture that shows the parse of a map: beside it."""
     return yaml_path.with_name(f'{yaml_path.stem}_reading.png')
 
 
 def is_affine(H: NDArray[np.float64]) -> bool:
-    """Tell whether a homography (3, 3) leaves parallels parallel."""
+    """Return whether a homography (3, 3) is affine."""
     return bool(np.allclose(H[2] / H[2, 2], (0.0, 0.0, 1.0), atol=_AFFINE))
 
 
 def as_json(reading: Reading) -> dict[str, Any]:
-    """Return all of a reading but its map, as plain values."""
+    """Return a parse result without its map as JSON values."""
     width, height = reading.drawing.size
     return {
         _MARK: _VERSION,
@@ -81,7 +81,7 @@ def as_json(reading: Reading) -> dict[str, Any]:
 
 
 def scale_as_json(scale: DrawingScale) -> dict[str, Any]:
-    """Return a scale as plain values: metres per pixel, their interval, who says so and why."""
+    """Return a scale as JSON values: metres per pixel, interval, source and reason."""
     return {
         'metres_per_pixel': float(scale.resolution_m),
         'interval': [float(scale.low_m), float(scale.high_m)],
@@ -93,10 +93,10 @@ def scale_as_json(scale: DrawingScale) -> dict[str, Any]:
 @dataclass(frozen=True)
 class PlanRecord:
     """
-    What is known of a map that a drawing was read as.
+    Record of a map that was parsed from a drawing.
 
-    ``scale`` is that of the map's own pixels; ``doubts`` and ``accepted`` are as in
-    :class:`fpnet_core.drawings.types.Reading`.
+    ``scale`` is that of the map's own pixels; ``doubts`` (parser warnings) and ``accepted`` are as
+    in :class:`fpnet_core.drawings.types.Reading`.
     """
 
     scale: DrawingScale
@@ -106,15 +106,14 @@ class PlanRecord:
 
 def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
     """
-    Return what the record beside a map says of it.
+    Return the record beside a map whose cells are ``cell_m``.
 
-    None where there is no record, or where somebody
-    has since stated another scale in the map, whose cells now are ``cell_m``.
+    None if there is no record, or if the map's resolution was changed after it was written.
 
     Raises
     ------
     MapFormatError
-        If there is a record, and it is damaged.
+        If the record is damaged.
     """
     path = record_path(Path(yaml_path))
     values = _read(path)
@@ -139,7 +138,7 @@ def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """Return the values of a record; None where there is none."""
+    """Return the values of a record; None if there is none."""
     try:
         if not path.is_file() or path.stat().st_size > _MAX_BYTES:
             return None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The reader: from any drawing to a map, what is known of its scale, and how it was read."""
+"""Drawing parser: from any drawing to a map with its scale and warnings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from fpnet_core.io.maps import YAML_SUFFIXES, MapPart, read_map_part
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
-_LONG_M = (0.5, 20_000.0)  # physical: no building is shorter or longer, its sheet included
+_LONG_M = (0.5, 20_000.0)  # physical: plausible length of a building's sheet
 _DEFAULTS = ReadOptions()
 
 
@@ -45,17 +45,17 @@ def read_plan(
     path: Path | str, options: ReadOptions = _DEFAULTS, config: FpnetConfig | None = None
 ) -> Reading:
     """
-    Read a drawing of a building as a map.
+    Parse a drawing of a building into a map.
 
     Parameters
     ----------
     path
-        A map_server YAML, whose thresholds are meant, or any format that
+        A map_server YAML, used with its own thresholds, or any format that
         :func:`fpnet_core.drawings.opening.open_drawing` opens.
     options
-        What the user says about it.
+        User options.
     config
-        How rooms are cut, by which readings are compared; the defaults if None.
+        How rooms are segmented; the defaults if None.
 
     Raises
     ------
@@ -63,15 +63,15 @@ def read_plan(
         If the file cannot be read, an option does not fit it, or it shows no building.
     """
     path, config = Path(path), config or FpnetConfig()
-    _check_said(options)
+    _check_values(options)
     is_building = path.name.lower().endswith(RMF_SUFFIX)
     if path.suffix.lower() in YAML_SUFFIXES and not is_building:
-        return replace(_as_stated(path, options), config=config.segmentation)
+        return replace(_read_map(path, options), config=config.segmentation)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 
 
-def _check_said(options: ReadOptions) -> None:
-    """Refuse what no drawing fits: contradictions, too few numbers, places counted from 0."""
+def _check_values(options: ReadOptions) -> None:
+    """Reject options that are invalid for any drawing."""
     if options.resolution_m is not None:
         if options.length is not None:
             raise MapFormatError('resolution and length both state the scale; give one of them')
@@ -86,21 +86,21 @@ def _check_said(options: ReadOptions) -> None:
     for name in ('storey', 'page'):
         number = getattr(options, name)
         if number is not None and number < 1:
-            raise MapFormatError(f'{name}: expected a number from 1 on, got {number}')
+            raise MapFormatError(f'{name}: expected a number of at least 1, got {number}')
 
 
-def _as_stated(path: Path, options: ReadOptions) -> Reading:
-    """Return a map_server map exactly as its thresholds say."""
-    _refuse_parts(path, options)
+def _read_map(path: Path, options: ReadOptions) -> Reading:
+    """Return a map_server map, classified by the thresholds of its YAML."""
+    _reject_options(path, options)
     part = read_map_part(path, options.resolution_m, options.crop)
     width, height = part.size
-    known = _known_of_map(path, options, part.grid.resolution, (height, width))
+    known = _record_of_map(path, options, part.grid.resolution, (height, width))
     scale = known.scale
     if scale.resolution_m != part.grid.resolution:
         part = read_map_part(path, scale.resolution_m, options.crop)
     drawing = Drawing(_pixels_of(part), path.name, MAP_FORMAT, scale=scale, full_size=part.size)
     _check_size(drawing, scale.resolution_m)
-    how = 'a map_server map as its thresholds say'
+    how = 'a map_server map, with the thresholds of its YAML'
     return Reading(
         part.grid, scale, part.A_frame_pixel, how, drawing, doubts=known.doubts,
         accepted=known.accepted,
@@ -108,7 +108,7 @@ def _as_stated(path: Path, options: ReadOptions) -> Reading:
 
 
 def _pixels_of(part: MapPart) -> NDArray[np.uint8]:
-    """Return the picture (H, W, 3) of a whole map, reduced where that is large."""
+    """Return the image (H, W, 3) of a whole map, reduced if large."""
     width, height = part.size
     cells = np.full((height, width), UNKNOWN, dtype=np.int8)
     rows, cols = part.grid.shape
@@ -119,13 +119,13 @@ def _pixels_of(part: MapPart) -> NDArray[np.uint8]:
     return np.broadcast_to(shades[..., None], (*shades.shape, 3))
 
 
-def _known_of_map(
+def _record_of_map(
     path: Path, options: ReadOptions, cell_m: float, shape: tuple[int, int]
 ) -> PlanRecord:
-    """Return a map's scale, and what was thought of it when it was read from a drawing."""
+    """Return a map's scale, with the warnings of its record if it was parsed from a drawing."""
     if options.length is not None:
         stated_m = _metres_per_pixel(options.length, path.name, shape)
-        why = f'a length of {options.length[-1]:g} m'
+        why = f'from a length of {options.length[-1]:g} m'
         return PlanRecord(exact(stated_m, ScaleSource.LENGTH, why))
     found = recorded(path, cell_m) if options.resolution_m is None else None
     if found is not None:
@@ -134,19 +134,19 @@ def _known_of_map(
     return PlanRecord(exact(cell_m, ScaleSource.STATED, f'stated by {by}'))
 
 
-def _refuse_parts(path: Path, options: ReadOptions) -> None:
-    """Refuse what would change a map that is meant as it is."""
+def _reject_options(path: Path, options: ReadOptions) -> None:
+    """Reject options that would change a map_server map."""
     for name in ('storey', 'page', 'layers'):
         if getattr(options, name):
             raise MapFormatError(
-                f'{path} is a map of map_server, which is taken as it is: {name} does not apply; '
-                'name the drawing that it was made from'
+                f'{path} is a map_server map, which is used as it is: {name} does not apply; '
+                'give the drawing that it was made from'
             )
 
 
 def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Reading:
     """
-    Read an opened drawing; see :func:`read_plan`.
+    Parse an opened drawing; see :func:`read_plan`.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         how=found.how,
         drawing=drawing,
         storeys=found.storeys,
-        notes=(*drawing.notes, *_notes(found, options), *_meant_pixels(drawing, options)),
+        notes=(*drawing.notes, *_notes(found, options), *_pixel_notes(drawing, options)),
         doubts=(*drawing.doubts, *doubts.reasons),
         doubtful=doubts.places,
         model=placed_model(drawing, grid, H_plan_image),
@@ -185,7 +185,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
 def _doubts(
     found: PlanHypothesis, config: SegmentationConfig, metres_per_unit: float | None
 ) -> Doubts:
-    """Return what is thought of a reading whose scale may be known."""
+    """Return the parser warnings, without findings that a stated scale refutes."""
     thought = doubts_of(found, config)
     if not found.segmentation.rooms:
         return thought
@@ -198,25 +198,25 @@ def _doubts(
 def _notes(found: PlanHypothesis, options: ReadOptions) -> list[str]:
     notes = []
     if found.is_straightened:
-        notes.append('The sheet lay askew or was photographed at an angle; that was undone.')
+        notes.append('Rotation or perspective of the sheet was corrected.')
     if found.seen is not None and len(found.storeys) > 1 and options.storey is None:
         notes.append(
             f'The sheet shows {len(found.storeys)} buildings or storeys; number '
-            f'{found.seen.chosen + 1}, the largest, was taken. Choose another one with --storey.'
+            f'{found.seen.chosen + 1}, the largest, was used. Choose another one with --storey.'
         )
     return notes
 
 
-def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
-    """Say which pixels are meant of a file that has none, where the user counted some."""
+def _pixel_notes(drawing: Drawing, options: ReadOptions) -> list[str]:
+    """Return a note on the pixels of a vector drawing if the user's options count pixels."""
     if drawing.strokes is None or not (options.resolution_m or options.length or options.crop):
         return []
     height, width = drawing.pixels.shape[:2]
     per_unit = float(scale_of(drawing.A_pixel_image[:, :2]))
     return [
-        f'Pixels are those of a picture of {width} x {height} that the {drawing.format.upper()} '
-        f'was painted as, {per_unit:.4g} of them to one of its own units: give --resolution, '
-        '--length and --crop in them.'
+        f'Pixels are those of the {width} x {height} image rendered from the '
+        f'{drawing.format.upper()}, {per_unit:.4g} per unit of the file: give --resolution, '
+        '--length and --crop in these pixels.'
     ]
 
 
@@ -231,30 +231,30 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
 
 
 def _check_size(drawing: Drawing, resolution_m: float) -> None:
-    """Refuse a scale at which the drawing is no building by far, as one in millimetres."""
+    """Reject a scale at which the drawing has an implausible size, e.g. one in millimetres."""
     long_m = max(drawing.size) * resolution_m
     if not _LONG_M[0] <= long_m <= _LONG_M[1]:
         raise MapFormatError(
             f'{drawing.name}: at {resolution_m:.3g} m per pixel the drawing is {long_m:.3g} m '
-            'long, as no building is; say metres, of one pixel or of a length'
+            'long, implausible for a building; give the metres of one pixel or of a length'
         )
 
 
 def _metres_per_pixel(length: Length, name: str, shape: tuple[int, ...]) -> float:
-    """Return what a length between two places states."""
+    """Return metres per pixel from a length between two points."""
     x1, y1, x2, y2, metres = length
     height, width = shape
-    # Its far edges are ends as well: whoever counts from 1, or to the outside of a pixel.
+    # The far edges are valid: users may count from 1, or to the outer edge of a pixel.
     if not (
         0.0 <= min(x1, x2) <= max(x1, x2) <= width and 0.0 <= min(y1, y2) <= max(y1, y2) <= height
     ):
         raise MapFormatError(
-            f'{name}: length {length} lies off the drawing; expected both places within 0, 0, '
+            f'{name}: length {length} lies outside the drawing; expected both points within 0, 0, '
             f'{width}, {height} pixels'
         )
     if not (0.0 < metres < np.inf and np.hypot(x2 - x1, y2 - y1) >= 1.0):
         raise MapFormatError(
-            f'length {length}: expected two places in pixels and a positive number of metres '
+            f'length {length}: expected two points in pixels and a positive distance in metres '
             'between them'
         )
     return metres / float(np.hypot(x2 - x1, y2 - y1))

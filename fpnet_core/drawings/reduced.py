@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Large pictures are read from a smaller copy; users give and get pixels of their own image.
+Conversion between pixels of the user's image and pixels of its reduced copy.
 
-What a user says is taken to the copy, and what was read of the copy back to the image.
+Large images are parsed as a reduced copy: options are mapped to it, results mapped back.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from fpnet_core.raster.pixels import map_points, shrinking
 
 
 def H_copy_image(drawing: Drawing) -> Array:
-    """Return the map (3, 3) from pixels of the user's image to those of ``drawing.pixels``."""
+    """Return the map (3, 3) from pixels of the user's image to ``drawing.pixels``."""
     height, width = drawing.pixels.shape[:2]
     full_width, full_height = drawing.size
     return shrinking((width / full_width, height / full_height))
 
 
 def options_of_copy(options: ReadOptions, drawing: Drawing) -> ReadOptions:
-    """Return what a user says of an image in pixels of ``drawing.pixels``."""
+    """Return the options with coordinates in pixels of ``drawing.pixels``."""
     if not drawing.is_reduced:
         return options
     H, per_pixel = H_copy_image(drawing), _image_pixels(drawing)
@@ -53,7 +53,7 @@ def options_of_copy(options: ReadOptions, drawing: Drawing) -> ReadOptions:
 
 
 def in_image_pixels(reading: Reading) -> Reading:
-    """Return a reading of a copy with all that counts pixels in those of the user's image."""
+    """Return a parse result with all coordinates in pixels of the user's image."""
     drawing = reading.drawing
     if not drawing.is_reduced:
         return reading
@@ -61,8 +61,8 @@ def in_image_pixels(reading: Reading) -> Reading:
     width, height = drawing.size
     copy_height, copy_width = drawing.pixels.shape[:2]
     note = (
-        f'The picture of {width} x {height} pixels was read at {copy_width} x {copy_height}; '
-        'all places are given in pixels of the picture itself.'
+        f'The image of {width} x {height} pixels was parsed at {copy_width} x {copy_height}; '
+        'all coordinates are in pixels of the image itself.'
     )
     return replace(
         reading,
@@ -75,7 +75,7 @@ def in_image_pixels(reading: Reading) -> Reading:
 
 
 def _image_pixels(drawing: Drawing) -> float:
-    """Return how many pixels of the image are as long as one of the copy."""
+    """Return the edge of a pixel of the copy in pixels of the image."""
     x, y = np.diag(H_copy_image(drawing))[:2].tolist()
     return 1.0 / math.sqrt(x * y)
 

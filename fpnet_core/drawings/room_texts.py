@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is printed in rooms: areas and sizes, which tell the scale, and names and numbers."""
+"""Texts printed in rooms: areas and sizes for the scale, names and numbers."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from fpnet_core.raster.windows import EVERY_SIDE
 Labels = NDArray[np.int32]
 
 # Chosen, not measured:
-_SIZE_SPREAD, _AREA_SPREAD = 0.015, 0.015  # logarithm of a scale: rooms are cut to a pixel or two
-_SQUARE = 0.06  # logarithm, by which the sides of a room may disagree on the scale
-_MOST_SUMMED = 6  # areas in one space are those of its parts
-_FEWEST_PX = 40  # of a room; smaller ones have no measure
-_LONGEST_NAME = 40  # letters of a room's name
-_LEAST_NUMBER = 3  # letters of a room's number behind its name
+_SIZE_SPREAD, _AREA_SPREAD = 0.015, 0.015  # sigma of log scale: rooms are exact to 1 or 2 pixels
+_SQUARE = 0.06  # largest difference of log scale between the two sides of a room
+_MOST_SUMMED = 6  # up to this many areas in one space are taken as those of its parts
+_FEWEST_PX = 40  # smallest room that votes
+_LONGEST_NAME = 40  # longest name of a room [characters]
+_LEAST_NUMBER = 3  # shortest room number behind a name [characters]
 
 _NUMBER = re.compile(r'(?=\S*\d)[A-Z]{0,3}[-. ]?\d[\w./-]{0,9}')
 _NAME = re.compile(r'[^\W\d_]{2,}')
@@ -35,9 +35,9 @@ _NAME = re.compile(r'[^\W\d_]{2,}')
 @dataclass(frozen=True)
 class PrintedRoom:
     """
-    What is printed in a room; ``label`` is its own among rooms.
+    Texts printed in a room; ``label`` is the label of the room.
 
-    ``name`` and ``number`` are empty and ``area_m2`` is None where nothing of the kind is printed.
+    ``name`` and ``number`` are empty and ``area_m2`` is None if not printed.
     """
 
     label: int
@@ -47,7 +47,7 @@ class PrintedRoom:
 
 
 def mapped(labels: Sequence[Label], H: Array) -> tuple[Label, ...]:
-    """Return labels whose boxes are mapped by ``H (3, 3)``, as from pixels to cells."""
+    """Return labels with their boxes mapped by ``H (3, 3)``, e.g. from pixels to cells."""
     if not labels:
         return ()
     box = np.array([label.box for label in labels])
@@ -62,13 +62,13 @@ def mapped(labels: Sequence[Label], H: Array) -> tuple[Label, ...]:
 
 def room_votes(labels: Sequence[Label], rooms: Labels, edge_px: float = 0.0) -> list[Vote]:
     """
-    Return the votes of areas and sizes that are printed in rooms; none where there are none.
+    Return the scale votes of areas and sizes printed in rooms.
 
     Parameters
     ----------
-    labels : boxes in the pixels of ``rooms``; votes are for metres per such pixel
+    labels : boxes in pixels of ``rooms``; votes are metres per such pixel
     rooms : (H, W) int, 0 outside of rooms, row 0 at the top
-    edge_px : by which rooms reach further on every side than their pixels
+    edge_px : distance by which rooms extend beyond their pixels on every side
     """
     at = rooms_at(labels, rooms)
     count_px = np.bincount(rooms.ravel())
@@ -91,9 +91,9 @@ def room_votes(labels: Sequence[Label], rooms: Labels, edge_px: float = 0.0) -> 
 
 def rooms_at(labels: Sequence[Label], rooms: Labels) -> NDArray[np.int64]:
     """
-    Return the room (N,) of ``rooms (H, W)`` in which most of each text stands, 0 for none.
+    Return the label (N,) in ``rooms (H, W)`` of the room under most of each text, 0 for none.
 
-    Letters may be walls of a drawing that was read badly, so that a room has holes there.
+    A majority suffices, as letters parsed as walls leave holes in a room.
     """
     found = np.zeros(len(labels), np.int64)
     height, width = rooms.shape
@@ -108,7 +108,7 @@ def rooms_at(labels: Sequence[Label], rooms: Labels) -> NDArray[np.int64]:
 
 
 def _edges(rooms: Labels, count: int) -> Array:
-    """Return how many sides of its pixels are the edge of each room (``count``,)."""
+    """Return the number of boundary pixel sides of each room (``count``,)."""
     sides = np.zeros(count)
     for here, there in EVERY_SIDE:
         is_edge = rooms[here] != rooms[there]
@@ -117,7 +117,7 @@ def _edges(rooms: Labels, count: int) -> Array:
 
 
 def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Iterator[Vote]:
-    """Yield votes of each area in a room, and of all together where it holds several."""
+    """Yield a vote per area in a room, and one for the sum if there are several."""
     kind = VoteKind.AREA
     for number, values in printed:
         for area_m2 in values:
@@ -125,7 +125,7 @@ def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Itera
             scale = 0.5 * math.log(area_m2 / area_px)
             yield Vote(scale, kind, math.sqrt(area_m2), number, '', spread)
     if 1 < len(printed) <= _MOST_SUMMED:
-        # One text speaks for all of them.
+        # The sum is attributed to one text, the one with the largest area.
         total_m2 = sum(values[0] for _, values in printed)
         scale = 0.5 * math.log(total_m2 / area_px)
         number, values = max(printed, key=lambda each: each[1][0])
@@ -133,7 +133,7 @@ def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Itera
 
 
 def _rounding(area_m2: float) -> float:
-    """Return the standard deviation that rounding adds to half of an area's logarithm."""
+    """Return the standard deviation of half the log of an area due to its rounding."""
     step = 1.0 if area_m2 == round(area_m2) else 0.1
     return 0.5 * step / area_m2 / math.sqrt(12.0)
 
@@ -145,7 +145,7 @@ def _size_votes(
     mask: NDArray[np.bool_],
     more_px: float,
 ) -> Iterator[Vote]:
-    """Yield votes of a size for the sides of a room that have its proportions."""
+    """Yield the votes of a printed size for extents of a room with its proportions."""
     for first_m, second_m, unit in sizes:
         kept: list[float] = []
         for width, height in _sides(label, mask):
@@ -161,7 +161,7 @@ def _size_votes(
 
 
 def _sides(label: Label, mask: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Yield width and height [pixels] of a room: between the walls beside a text, and in all."""
+    """Yield width and height [pixels] of a room: at the text, overall, and median."""
     rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     left, top, right, bottom = label.box
     widths = mask[_range(top, bottom, mask.shape[0])].sum(axis=1)
@@ -169,7 +169,7 @@ def _sides(label: Label, mask: NDArray[np.bool_]) -> Iterator[tuple[float, float
     if widths.any() and heights.any():
         yield float(np.median(widths)), float(np.median(heights))
     yield float(np.ptp(rows) + 1), float(np.ptp(cols) + 1)
-    # Niches and doorways make a room larger than most of it is.
+    # The median ignores niches and doorways, which enlarge the overall extent.
     yield float(np.median(mask.sum(axis=1)[rows])), float(np.median(mask.sum(axis=0)[cols]))
 
 
@@ -180,11 +180,11 @@ def _range(low: float, high: float, size: int) -> slice:
 
 def printed_of_rooms(labels: Sequence[Label], rooms: Labels) -> tuple[PrintedRoom, ...]:
     """
-    Return what is printed in each room that has any text, in the order of their labels.
+    Return the texts printed in each room that has any, in the order of the rooms' labels.
 
     Parameters
     ----------
-    labels : boxes in the pixels of ``rooms``
+    labels : boxes in pixels of ``rooms``
     rooms : (H, W) int, 0 outside of rooms, row 0 at the top
     """
     at = rooms_at(labels, rooms)
@@ -213,7 +213,7 @@ def _printed(room: int, texts: list[str]) -> PrintedRoom:
 
 
 def _name_and_number(text: str) -> tuple[str, str]:
-    """Return the name and the number of a room that a text says; empty for what it does not."""
+    """Return the room name and room number in a text; empty where missing."""
     if _NUMBER.fullmatch(text):
         return '', text
     words = text.split()
@@ -222,11 +222,11 @@ def _name_and_number(text: str) -> tuple[str, str]:
     if len(words) > 1 and _NUMBER.fullmatch(words[0]):
         return ' '.join(words[1:]), words[0]
     is_numbered = len(words) > 1 and _NUMBER.fullmatch(words[-1])
-    if is_numbered and len(words[-1]) >= _LEAST_NUMBER:  # Bedroom 2 is a name
+    if is_numbered and len(words[-1]) >= _LEAST_NUMBER:  # 'Bedroom 2' is a name
         return ' '.join(words[:-1]), words[-1]
     return text, ''
 
 
 def _is_length(text: str) -> bool:
-    """Tell whether a text names a length with its unit; a bare number may be a room's."""
+    """Return whether a text is a length with unit; a bare number may be a room number."""
     return any(unit == '' for _, unit in lengths(text))

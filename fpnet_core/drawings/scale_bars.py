@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Votes of scale bars: numbers from 0 at even distances, each at a tick."""
+"""Scale votes of scale bars: evenly spaced numbers from 0, each at a tick."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fpnet_core.drawings.votes import Vote, VoteKind
 
 
 def bar_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float) -> list[Vote]:
-    """Return a vote for each scale bar whose ticks are off by ``error_px`` [pixels]."""
+    """Return a vote per scale bar; ``error_px`` is the error of its ticks [pixels]."""
     votes = []
     for number, zero in enumerate(labels):
         if number_and_unit(zero.text)[0] != 0.0:
@@ -26,7 +26,7 @@ def bar_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float) -> li
             resolution_m, length_px = fit
             scale = math.log(resolution_m)
             spread = math.hypot(DRAWN, error_px / length_px)
-            # Two bars are two witnesses of nothing, so all have the same value.
+            # Equal values count as one witness: several bars are no independent evidence.
             votes.append(Vote(scale, VoteKind.BAR, 1.0, number, '', spread))
     return votes
 
@@ -49,13 +49,13 @@ def _bar_fit(
     unit_m = next((unit for unit in units if unit), None) or _unit_beside(zero, labels)
     if len(values) < 2 or unit_m is None:
         return None
-    updates = _updates(top, bottom, height, lines)
-    slope = _tick_slope(np.array(places), np.array(values), updates, height)
+    ticks = _ticks(top, bottom, height, lines)
+    slope = _tick_slope(np.array(places), np.array(values), ticks, height)
     return None if slope is None else (unit_m / slope, slope * max(values))
 
 
 def _unit_beside(zero: Label, labels: Sequence[Label]) -> float | None:
-    """Return the unit [m] that a label in the row of a scale bar names."""
+    """Return the unit [m] named by a label beside a scale bar; None if there is none."""
     for label in labels:
         beside = abs((label.box[1] + label.box[3]) - (zero.box[1] + zero.box[3]))
         word = label.text.strip().lower().strip('[]()')
@@ -64,25 +64,25 @@ def _unit_beside(zero: Label, labels: Sequence[Label]) -> float | None:
     return None
 
 
-def _updates(top: float, bottom: float, height: float, lines: DrawnLines) -> Array:
-    """Return where upright strokes stand beside a row of numbers; edges of the bar's fields."""
+def _ticks(top: float, bottom: float, height: float, lines: DrawnLines) -> Array:
+    """Return the x coordinates of vertical strokes beside a row of numbers: ticks, field edges."""
     upright = np.abs(np.cos(lines.angle)) < PARALLEL
     upright &= (lines.low[:, 1] < bottom + 2.5 * height) & (lines.high[:, 1] > top - 2.5 * height)
     upright &= (lines.high[:, 1] - lines.low[:, 1]) < 4.0 * height
-    updates: Array = np.unique(np.round(lines.ends[upright].mean(axis=1)[:, 0], 1))
-    return updates
+    ticks: Array = np.unique(np.round(lines.ends[upright].mean(axis=1)[:, 0], 1))
+    return ticks
 
 
-def _tick_slope(places: Array, values: Array, updates: Array, height: float) -> float | None:
+def _tick_slope(places: Array, values: Array, ticks: Array, height: float) -> float | None:
     """
-    Return pixels per unit of a bar whose numbers stand at ticks.
+    Return pixels per unit of a bar with numbers at its ticks; None if they do not fit.
 
-    A number with a unit behind it stands off its tick by half of the unit's width, so each number
-    may be any tick near it; the ticks of all must be even.
+    A number with a unit behind it is off its tick by half of the unit's width, so each number may
+    belong to any tick near it; the chosen ticks must be evenly spaced.
     """
-    if len(updates) < 2:
+    if len(ticks) < 2:
         return None
-    near = [updates[np.abs(updates - place) < 1.6 * height] for place in places]
+    near = [ticks[np.abs(ticks - place) < 1.6 * height] for place in places]
     if any(len(ends) == 0 for ends in near):
         return None
     order = int(np.argmax(values))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a drawing's scale, by the best source there is."""
+"""Scale of a drawing from the best available source."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from fpnet_core.raster.pixels import shrinking
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap, Segmentation
 
-_SIGMAS = 3.29  # given: standard deviations across an interval of 90 %
-_EDGE_CELLS = 0.5  # numerical: a cell that a wall touches is wall
+_SIGMAS = 3.29  # given: width of a 90 % interval in standard deviations
+_EDGE_CELLS = 0.5  # numerical: a cell that a wall touches counts as wall
 # Chosen, not measured:
-_FURTHEST = 4.0  # factor by which texts may be off what doors, rooms and walls tell
-_APART = 1.06  # factor between scales that contradict
+_FURTHEST = 4.0  # largest factor of texts beyond the interval from doors, rooms and walls
+_APART = 1.06  # smallest factor between contradicting scales
 
 
 def resolve_scale(found: PlanHypothesis, config: SegmentationConfig) -> tuple[DrawingScale, float]:
     """
-    Return the scale of a reading's pixels, and the edge of a cell [m].
+    Return the scale of a drawing's pixels and the edge of a cell [m].
 
-    What the user says goes before what the drawing says, and that before what doors tell. Areas
-    and sizes that are printed in rooms count with the drawing's other texts; if they contradict
-    these, neither is believed. Where a perspective was undone, a pixel is one in the middle of
-    the building.
+    The user's statement precedes the drawing's, and that precedes the estimate from doors, rooms
+    and walls. Areas and sizes printed in rooms count with the drawing's other texts; if both
+    contradict each other, neither is used. If perspective was removed, the scale is that of a
+    pixel at the centre of the building.
     """
     said = found.said.at(found.H_cell_pixel, found.cells.shape)
     if said is not None and not _is_contradicted(found, said[0]):
@@ -42,8 +42,8 @@ def resolve_scale(found: PlanHypothesis, config: SegmentationConfig) -> tuple[Dr
     per_pixel = cells_per_pixel(found.H_cell_pixel, found.cells.shape)
     pixel_m = NOMINAL_M * per_pixel
     low, metres, high = (pixel_m * each for each in (factor.low, factor.factor, factor.high))
-    told = Prior(math.log(metres), math.log(high / low) / _SIGMAS)
-    agreed = _agreed(found, segmentation, told) if said is None else None
+    estimate = Prior(math.log(metres), math.log(high / low) / _SIGMAS)
+    agreed = _agreed(found, segmentation, estimate) if said is None else None
     if agreed is not None and low / _FURTHEST < agreed.resolution_m < high * _FURTHEST:
         return scale_of(agreed), agreed.resolution_m / per_pixel
     why = 'estimated from doors, rooms and walls'
@@ -51,7 +51,7 @@ def resolve_scale(found: PlanHypothesis, config: SegmentationConfig) -> tuple[Dr
 
 
 def _is_contradicted(found: PlanHypothesis, said: DrawingScale) -> bool:
-    """Tell whether what is printed in rooms agrees on another scale than a drawing's texts."""
+    """Return whether the texts in rooms agree on a scale other than the stated one."""
     agreed = most_likely(_votes(found, found.segmentation))
     return agreed is not None and not (
         1.0 / _APART < agreed.resolution_m / said.resolution_m < _APART
@@ -59,12 +59,12 @@ def _is_contradicted(found: PlanHypothesis, said: DrawingScale) -> bool:
 
 
 def _agreed(found: PlanHypothesis, segmentation: Segmentation, prior: Prior) -> Consensus | None:
-    """Return what a drawing's texts agree on once its rooms are known."""
+    """Return the consensus of a drawing's texts, including those in its rooms."""
     return most_likely([*found.said.votes, *_votes(found, segmentation)], prior)
 
 
 def _votes(found: PlanHypothesis, segmentation: Segmentation) -> list[Vote]:
-    """Return what is printed in rooms as votes for metres per pixel of the drawing."""
+    """Return the votes of texts in rooms for metres per pixel of the drawing."""
     if not found.said.labels:
         return []
     step = -(-found.cells.shape[0] // segmentation.labels.shape[0])
@@ -76,9 +76,9 @@ def _votes(found: PlanHypothesis, segmentation: Segmentation) -> list[Vote]:
 
 def with_scale_of(reading: Reading, config: FpnetConfig) -> FpnetConfig:
     """
-    Return the configuration with an unknown scale searched as one.
+    Return the configuration with scale policy ``unknown`` if the scale is not stated.
 
-    Whoever has set ``localizer.scale_policy`` means it.
+    An explicitly set ``localizer.scale_policy`` is kept.
     """
     if reading.scale.is_known or 'scale_policy' in config.localizer.model_fields_set:
         return config

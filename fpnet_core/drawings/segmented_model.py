@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The floorplan model of a reading: what its file states, else what its map was cut into."""
+"""Floorplan model of a parsed drawing, from its file or from the segmented map."""
 
 from __future__ import annotations
 
@@ -16,21 +16,18 @@ from fpnet_core.drawings.types import Array, Reading
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import OCCUPIED, GridMap, Segmentation
 
-_FINER = 4  # numerical: so many pixels to a cell, so that outlines run along its edges
-_STRAIGHT = (
-    1.05  # numerical: of a cell, how far outlines are off that make slants of steps straight
-)
-_SAME = 0.5  # of a door's width, within which a drawn one is the one that was found; chosen
-_LEAST_CELLS = 4  # numerical: smaller pieces of wall are left out
+_FINER = 4  # numerical: pixels per cell edge, so that outlines follow the edges of cells
+_STRAIGHT = 1.05  # numerical: tolerance that straightens staircase outlines [cells]
+_SAME = 0.5  # of a door's width: a drawn and a segmented door this close are the same; chosen
+_LEAST_CELLS = 4  # numerical: smaller wall components are dropped
 _SOURCE = 'segmentation'
 
 
 def complete_model(reading: Reading) -> FloorplanModel:
     """
-    Return a reading's model, with rooms and doors of its segmentation where no file states them.
+    Return the model of a parse result, completed by segmented rooms and doors if not stated.
 
-    Places are metres of the reading's map; rooms have the number, name and area that
-    are printed in them.
+    Coordinates are metres of the parsed map; rooms have the number, name and area printed in them.
     """
     stated, segmentation = reading.model, reading.segmentation
     known = stated.doors if stated is not None else ()
@@ -59,7 +56,7 @@ def complete_model(reading: Reading) -> FloorplanModel:
 
 
 def _door(ends: Array, probability: float, known: tuple[ModelDoor, ...]) -> ModelDoor:
-    """Return the door that is drawn where one was found, else the line that was found."""
+    """Return the drawn door at a segmented opening, else a door made of the opening."""
     middle = ends.mean(axis=0)
     for door in known:
         if np.hypot(*(door.ends.mean(axis=0) - middle)) < _SAME * door.width_m:
@@ -88,7 +85,7 @@ def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
 
 
 def _printed(reading: Reading, segmentation: Segmentation) -> dict[int, PrintedRoom]:
-    """Return what is printed in each room, by its label in the segmentation."""
+    """Return the texts printed in each room, by the room's label in the segmentation."""
     H_cell_image = np.linalg.inv(pixel_to_xy(segmentation.grid).matrix) @ reading.H_plan_image
     labels = mapped(reading.drawing.labels, np.asarray(H_cell_image, np.float64))
     found = printed_of_rooms(labels, np.asarray(segmentation.labels[::-1]))
@@ -96,7 +93,7 @@ def _printed(reading: Reading, segmentation: Segmentation) -> dict[int, PrintedR
 
 
 def _areas(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:
-    """Return the rings [m] of each piece of a mask, along its cells' edges, with its holes."""
+    """Return the rings [m] of each component of a mask, along cell edges, with holes."""
     rows, cols = np.nonzero(mask)
     if not len(rows):
         return []

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The reading of a drawing whose file holds the building's elements: nothing is left to guess."""
+"""Parse of drawings whose files state the elements of the building."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from fpnet_core.drawings.types import Array, Drawing, Reading, ReadOptions
 from fpnet_core.types import FREE, GridMap
 
 CELL_M = 0.025
-"""Edge of a cell [m]: a partition has four across. Chosen."""
-_MOST_CELLS = 4_000  # numerical: along the drawing; larger buildings have larger cells
+"""Edge of a cell [m]; a partition is four cells thick. Chosen."""
+_MOST_CELLS = 4_000  # numerical: along the drawing; larger buildings get larger cells
 _NAMES = {'geojson': 'GeoJSON', 'rmf': 'Open-RMF building'}
-_FLOOR_M2 = 4.0  # chosen: a building has more
+_FLOOR_M2 = 4.0  # chosen: smallest floor area of a building
 
 
 def model_reading(drawing: Drawing, options: ReadOptions) -> Reading | None:
     """
-    Return the reading of a drawing whose model holds walls or rooms.
+    Return the parse of a drawing whose model holds walls or rooms at a stated scale.
 
-    None where its format knows no such, where the walls do not close and there are no rooms, and
-    where its user asks for a part of the sheet by ``storey``.
+    None if the format has none, if there are no rooms and the walls do not close, or if the user
+    selects a part of the sheet by ``storey``.
     """
     model = drawing.model
     said = SaidScale.of(drawing, options).at(np.eye(3), drawing.pixels.shape[:2])
@@ -56,11 +56,11 @@ def model_reading(drawing: Drawing, options: ReadOptions) -> Reading | None:
 
 
 def _upright(drawing: Drawing, pixel_m: float) -> Array:
-    """Return the affine (3, 3) from pixels to metres from the lower left of the drawing."""
+    """Return the affine (3, 3) from pixels to metres, origin at the drawing's lower left."""
     height_m, half = drawing.pixels.shape[0] * pixel_m, 0.5 * pixel_m
     return np.array(
         [[pixel_m, 0.0, half], [0.0, -pixel_m, height_m - half], [0.0, 0.0, 1.0]]
-    )  # whole numbers are pixel centres
+    )  # integers are pixel centres
 
 
 def _how(model: FloorplanModel, drawing: Drawing) -> str:
@@ -77,9 +77,9 @@ def _counted(model: FloorplanModel) -> str:
 
 def placed_model(drawing: Drawing, grid: GridMap, H_plan_image: Array) -> FloorplanModel | None:
     """
-    Return what a drawing that was read from its picture states beside it, on its map.
+    Return the elements stated by a drawing that was parsed from its image, in the map's frame.
 
-    None where it states nothing, where a perspective was undone, or for other storeys only.
+    None if it states none within the map, or if perspective was removed.
     """
     if drawing.model is None or not is_affine(H_plan_image):
         return None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Rooms and doors that a file states as the segmentation of its plan: nothing is guessed."""
+"""Segmentation from the rooms and doors that a file states."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from fpnet_core.types import FREE, GridMap, Segmentation
 
 def stated_rooms(model: FloorplanModel, grid: GridMap) -> Segmentation:
     """
-    Return a model's rooms and doors on its raster.
+    Return the segmentation of a model's grid from its rooms and doors.
 
-    A door has the rooms on both sides of its line. Rooms that meet on free floor have an opening
-    there, though no door is stated.
+    A door joins the rooms on both sides of its line. Rooms that meet on free floor get an opening
+    there even if no door is stated.
     """
     local = model.moved(grid.T_frame_grid.inv().matrix[:2])
     largest_first = sorted(local.rooms, key=lambda room: -room.area_m2)
@@ -38,12 +38,12 @@ def stated_rooms(model: FloorplanModel, grid: GridMap) -> Segmentation:
 
 
 def _width(opening: Opening) -> float:
-    """Return the length of an opening's line, in cells."""
+    """Return the width of an opening in cells."""
     return float(np.hypot(*(opening.ends_rc[1] - opening.ends_rc[0])))
 
 
 def _is_known(opening: Opening, doors: list[Opening]) -> bool:
-    """Tell whether an opening is where a door between its rooms is."""
+    """Return whether an opening coincides with a door between the same rooms."""
     middle = opening.ends_rc.mean(axis=0)
     return any(
         opening.rooms == door.rooms

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a drawing is on its way to a map: what a file holds, what is known of its scale, the reading.
+Types of the drawing parser: file content, scale, options and result.
 
-Pixels are (x right, y down) of the drawing as the user sees it, whole numbers are pixel centres.
+Pixels are x right, y down in the upright drawing; integers are pixel centres.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ Chances = NDArray[np.float32]
 
 
 class ScaleSource(StrEnum):
-    """Who says how long a metre is."""
+    """Source of a drawing's scale."""
 
     STATED = 'stated'  # a map_server YAML, --resolution
     LENGTH = 'length'  # --length X1,Y1,X2,Y2=METRES
-    UNITS = 'units'  # DXF and IFC know their units
+    UNITS = 'units'  # units of the file, e.g. DXF or IFC
     SCALE_BAR = 'scale bar'
     DIMENSIONS = 'dimensions'  # dimension texts and their lines
-    PAPER = 'paper'  # a stated 1:100 and the size of the paper
-    ROOM_TEXTS = 'room texts'  # areas and sizes that are printed in rooms
+    PAPER = 'paper'  # a printed ratio such as 1:100 and the paper size
+    ROOM_TEXTS = 'room texts'  # areas and sizes printed in rooms
     ESTIMATED = 'estimated'  # doors, rooms and walls together
     UNKNOWN = 'unknown'
 
@@ -46,10 +46,10 @@ class ScaleSource(StrEnum):
 @dataclass(frozen=True)
 class DrawingScale:
     """
-    What is known of a drawing's scale.
+    Scale of a drawing with its uncertainty.
 
-    ``resolution_m`` is the edge of a pixel [m], ``low_m`` and ``high_m`` hold the truth with 90 %
-    probability; ``why`` says in a few words where it is from.
+    ``resolution_m`` is the edge of a pixel [m], ``low_m`` and ``high_m`` are its 90 % interval;
+    ``why`` is the reason in a few words.
     """
 
     resolution_m: float
@@ -60,18 +60,18 @@ class DrawingScale:
 
     @property
     def is_known(self) -> bool:
-        """Tell whether somebody has stated it: nobody asks the doors, then."""
+        """Whether the scale is stated by the user or the drawing."""
         return self.source not in (ScaleSource.ESTIMATED, ScaleSource.UNKNOWN)
 
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
     """
-    Straight pieces of a vector drawing's lines, in pixels.
+    Line segments of a vector drawing, in pixels.
 
-    ``ends (N, 2, 2)``, ``width (N,)``, ``colour (N, 3)`` uint8, ``path (N,)`` numbers the path
-    that a piece belongs to, ``is_curve (N,)`` tells pieces of arcs, circles and splines, ``layer
-    (N,)`` indexes ``layers``.
+    ``ends (N, 2, 2)``, ``width (N,)``, ``colour (N, 3)`` uint8; ``path (N,)`` is the index of the
+    path of a segment; ``is_curve (N,)`` is true for segments of arcs, circles and splines;
+    ``layer (N,)`` indexes ``layers``.
     """
 
     ends: Array
@@ -85,7 +85,7 @@ class Strokes:
 
 @dataclass(frozen=True)
 class Label:
-    """A line of text of a vector drawing; ``box`` is (left, top, right, bottom) [pixels]."""
+    """A line of text; ``box`` is (left, top, right, bottom) [pixels]."""
 
     text: str
     box: tuple[float, float, float, float]
@@ -94,29 +94,28 @@ class Label:
 @dataclass(frozen=True, eq=False)
 class Drawing:
     """
-    What a file holds, before anybody has read it as a plan.
+    Content of a drawing file before it is parsed.
 
     Parameters
     ----------
     pixels : (H, W, 3) uint8
-        The drawing upright, on white where it is transparent; a large picture reduced. Of a
-        vector drawing its walls only as far as they are known: without texts, curves and layers
-        of furniture.
-    name : what to call it in messages
+        The upright drawing, white where transparent; large images are reduced. Of a vector
+        drawing only presumed walls are rendered: no texts, curves or layers of furniture.
+    name : name in messages
     format : ``png``, ``jpeg``, ``pdf``, ``svg``, ``dxf``, ``ifc``, ...
-    strokes, labels : of vector drawings
-    scale : what the format itself says, as a DXF's units; None where it says nothing
+    strokes, labels : lines of a vector drawing; texts
+    scale : scale stated by the format, e.g. units of a DXF; None if not stated
     A_pixel_image : (2, 3)
-        From pixels of the file as stored (before it was turned upright) or, of vector formats,
-        its own units (y down for pages and SVG, y up for DXF and IFC) to pixels of the user's
-        image, upright and of full size.
-    paper_m : metres of paper per pixel, where the format has a paper size; None where not
-    door_px : widths of the door leaves that a vector drawing shows, in pixels
-    notes : what was noticed on opening, a sentence each
-    doubts : reasons not to take the file for a floorplan, a sentence each
-    model : the elements that the file itself holds, in its own units and coordinates, as
-        ``A_pixel_image`` takes them; None where the format knows none
-    full_size : (width, height) of the user's image where ``pixels`` are fewer
+        From pixels of the file as stored (before it was turned upright) or, for vector formats,
+        from its own units (y down for pages and SVG, y up for DXF and IFC) to pixels of the
+        user's upright image of full size.
+    paper_m : metres of paper per pixel; None if the format has no paper size
+    door_px : widths of the door leaves in a vector drawing [pixels]
+    notes : remarks from opening the file, one sentence each
+    doubts : warnings that the file may not be a floorplan, one sentence each
+    model : elements that the file states, in its own units and coordinates (the source of
+        ``A_pixel_image``); None if the format has none
+    full_size : (width, height) of the user's image if ``pixels`` is reduced
     """
 
     pixels: NDArray[np.uint8]
@@ -141,19 +140,19 @@ class Drawing:
 
     @property
     def is_reduced(self) -> bool:
-        """Tell whether ``pixels`` are fewer than those of the user's image."""
+        """Whether ``pixels`` is smaller than the user's image."""
         return self.size != self.pixels.shape[1::-1]
 
 
 @dataclass(frozen=True)
 class ReadOptions:
     """
-    What a user says about a drawing.
+    User options for a drawing.
 
     ``resolution_m`` of a pixel; ``length`` as (x1, y1, x2, y2, metres) in pixels; ``crop`` as
     (left, top, right, bottom) in pixels; ``storey`` from 1, of several on one sheet; ``page``
-    from 1, of a PDF or TIFF (or storey of an IFC); ``layers`` of a DXF that hold walls, empty to
-    guess.
+    from 1, of a PDF or TIFF (or storey of an IFC); ``layers`` that hold walls, chosen
+    automatically if empty.
     """
 
     resolution_m: float | None = None
@@ -166,7 +165,7 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class Doubtful:
-    """A place that may have been misread: ``what`` in a word, and its ``box`` in pixels."""
+    """Region of a parser warning: its kind ``what`` and its ``box`` in pixels."""
 
     what: str
     box: Box
@@ -175,26 +174,26 @@ class Doubtful:
 @dataclass(frozen=True, eq=False)
 class Reading:
     """
-    A drawing read as a plan.
+    Result of parsing a drawing.
 
     Parameters
     ----------
-    grid : in metres of ``scale.resolution_m``, frame ``plan``
-    scale : what is known of it, for pixels of the drawing; a cell may be larger than a pixel
+    grid : occupancy grid in frame ``plan``, in metres according to ``scale``
+    scale : scale of the drawing's pixels; a cell may be larger than a pixel
     H_plan_image : (3, 3)
-        From the pixels of the user's own image, upright as in ``drawing.pixels``, to metres of
-        ``grid``'s frame; a homography, which is affine unless a perspective was undone.
-    how : the reading that won, in a few words: ``walls as learned from drawings``
+        From pixels of the user's own image, upright as in ``drawing.pixels``, to metres of
+        ``grid``'s frame; a homography, affine unless perspective was removed.
+    how : method of the parse in a few words
     storeys : boxes (left, top, right, bottom) [pixels] of the buildings on the sheet, in order
-    notes : what a user should know, a sentence each
-    doubts : reasons not to believe the reading; empty for a plausible one
-    doubtful : where these lie on the drawing, as far as they lie somewhere
-    drawing : what was read
-    model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
-    accepted : why its user takes it for a floorplan whatever speaks against it; empty if not
-    is_other : whether it seems to show something else than a floorplan
-    config : how its rooms are cut
-    cut : rooms and doors of ``grid``, as the file states them or it was cut into to be read
+    notes : remarks for the user, one sentence each
+    doubts : parser warnings, one sentence each; empty for a plausible parse
+    doubtful : regions of these warnings on the drawing, for those that have one
+    drawing : the parsed drawing
+    model : stated elements of the storey in metres of ``grid``'s frame; None if not stated
+    accepted : the user's reason to accept the parse despite warnings; empty if not accepted
+    is_other : whether the drawing seems to show something other than a floorplan
+    config : how rooms are segmented
+    cut : segmentation of ``grid``, stated by the file or made by the parser; None if neither
     """
 
     grid: GridMap
@@ -214,13 +213,13 @@ class Reading:
 
     @cached_property
     def segmentation(self) -> Segmentation:
-        """Rooms and doors of ``grid``, in its metres; it is cut into them once."""
+        """Rooms and doors of ``grid``, in its metres; computed once."""
         from fpnet_core.segmentation import segment_floorplan  # loads OpenCV
 
         return self.cut or segment_floorplan(self.grid, self.config)
 
     def segmented(self, config: SegmentationConfig) -> Segmentation:
-        """Return rooms and doors as a configuration asks for them, which mostly is its own."""
+        """Return the rooms and doors for a configuration; stated rooms do not depend on it."""
         is_stated = self.model is not None and self.model.states_rooms
         if is_stated or config == self.config:
             return self.segmentation
@@ -228,10 +227,10 @@ class Reading:
 
     @property
     def estimate(self) -> ScaleEstimate | None:
-        """True metres per metre of ``grid`` as estimated; None where somebody states them."""
+        """Estimated true metres per metre of ``grid``; None if the scale is stated."""
         from fpnet_core.segmentation import (
             ScaleEstimate,
-        )  # loads OpenCV, which these values do not
+        )  # loads OpenCV, which this module avoids
 
         if self.scale.is_known:
             return None
@@ -239,7 +238,7 @@ class Reading:
         return ScaleEstimate(1.0, self.scale.low_m / metres, self.scale.high_m / metres)
 
     def flipped(self) -> Reading:
-        """Return the reading of a drawing that is a mirror image, flipped."""
+        """Return the result flipped, for a drawing that is a mirror image."""
         from fpnet_core.segmentation.moved import mirrored_rooms  # loads OpenCV
 
         pose = self.grid.T_frame_grid.matrix
@@ -256,5 +255,5 @@ class Reading:
 
     @property
     def is_readable(self) -> bool:
-        """Tell whether nothing speaks against the reading, or its user accepts it."""
+        """Whether there are no parser warnings, or the user has accepted them."""
         return not self.doubts or bool(self.accepted)

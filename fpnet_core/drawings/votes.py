@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The scale that texts of a drawing agree on: a distribution from votes of all kinds.
+Consensus of a drawing's texts on its scale: a distribution from votes of all kinds.
 
-Each text casts a vote for each scale that it would have if it measured this line or that room.
-Texts that say the same length are one witness, which saves room numbers and repeated axes from
-agreeing with themselves. A witness is right with a probability that is not known and differs by
-kind, so it is integrated out; one that is wrong votes as all votes are spread, which is broadly.
-The most likely scale must beat the hypothesis that it is there by chance.
+Each text votes for every scale that it implies if it measures a given line or room. Texts with
+the same length count as one witness, so that room numbers and repeated axes do not confirm
+themselves. The probability that a witness is right is unknown and differs by kind, so it is
+integrated out; wrong witnesses follow the broad distribution of all votes. The most likely scale
+must beat the hypothesis of agreement by chance.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 class VoteKind(StrEnum):
-    """What a text is, in words of a sentence that counts them."""
+    """Kind of a text; the value is its noun in messages."""
 
     DIMENSION = 'dimension'
     AREA = 'room area'
@@ -38,16 +38,16 @@ class VoteKind(StrEnum):
 @dataclass(frozen=True)
 class Vote:
     """
-    A scale that a text has if it measures one thing on the drawing.
+    Scale that a text implies if it measures one element of the drawing.
 
     Parameters
     ----------
     log_scale : natural logarithm of metres per pixel
-    kind : what the text is
-    value : what it says [m], or the root of an area [m]
-    text : number of the text among the drawing's labels
-    unit : under which unit a bare number was read; empty where the text says it
-    spread : standard deviation of ``log_scale`` if it measures that
+    kind : kind of the text
+    value : stated length [m], or root of a stated area [m]
+    text : index of the text in the drawing's labels
+    unit : unit assumed for a bare number; empty if the text states it
+    spread : standard deviation of ``log_scale`` if the assignment is right
     """
 
     log_scale: float
@@ -61,17 +61,17 @@ class Vote:
 @dataclass(frozen=True)
 class Consensus:
     """
-    What texts say of a scale together.
+    Scale that texts agree on.
 
     Parameters
     ----------
     resolution_m : most likely metres per pixel
-    low_m, high_m : hold it with 90 % probability
+    low_m, high_m : 90 % interval
     log_odds : natural logarithm of the odds against chance
-    counts : texts that agree, by kind
-    apart : by which share nine in ten of them differ from it at most
-    typical_m : median of what they say [m]
-    texts : numbers of the labels that agree
+    counts : number of agreeing texts by kind
+    apart : 90 % quantile of their relative deviation
+    typical_m : median of the stated lengths [m]
+    texts : indices of the agreeing labels
     """
 
     resolution_m: float
@@ -85,9 +85,9 @@ class Consensus:
 
     @property
     def why(self) -> str:
-        """Return in words what agrees: ``12 room areas and 7 dimensions agree within 2 %``."""
-        said = [_counted(kind, n) for kind, n in self.counts.items()]
-        listed = ' and '.join(filter(None, (', '.join(said[:-1]), said[-1])))
+        """Summary of the agreeing texts: ``12 room areas and 7 dimensions agree within 2 %``."""
+        parts = [_counted(kind, n) for kind, n in self.counts.items()]
+        listed = ' and '.join(filter(None, (', '.join(parts[:-1]), parts[-1])))
         within = max(1, math.ceil(100.0 * self.apart - 1e-9))
         is_one = sum(self.counts.values()) == 1
         return listed if is_one else f'{listed} agree within {within} %'
@@ -95,43 +95,43 @@ class Consensus:
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known before texts are read: ``log_scale`` and its standard deviation."""
+    """Prior of the scale: ``log_scale`` and its standard deviation."""
 
     log_scale: float
     spread: float
 
 
-_STEP = 0.001  # numerical: of logarithms of scales; drawings' lines are exact to 0.003
-_RESOLUTIONS_M = (5e-4, 1.0)  # physical: of a pixel of any drawing of a building
+_STEP = 0.001  # numerical: step of log scales; lines of drawings are exact to 0.003
+_RESOLUTIONS_M = (5e-4, 1.0)  # physical: metres per pixel of any drawing of a building
 _RANGE = math.log(_RESOLUTIONS_M[1] / _RESOLUTIONS_M[0])  # numerical
-_TEN = math.log(10.0)  # numerical: units of bare numbers differ by powers of it
-_NEAR = 3.0  # numerical: standard deviations within which a vote is for a scale
+_TEN = math.log(10.0)  # numerical: units of bare numbers differ by powers of ten
+_NEAR = 3.0  # numerical: standard deviations within which a vote supports a scale
 _QUANTILES = (0.05, 0.95)  # given: of the interval
-_RIGHT = np.array([0.1, 0.3, 0.6, 0.9])  # numerical: shares of a kind's witnesses that are right
+_RIGHT = np.array([0.1, 0.3, 0.6, 0.9])  # numerical: assumed shares of right witnesses of a kind
 # Chosen, not measured:
-_SAME = 0.03  # lengths that differ less are the same
-_FEWEST = 3  # witnesses where nothing else is known
+_SAME = 0.03  # relative difference of lengths that count as equal
+_FEWEST = 3  # smallest number of witnesses without a prior
 _LOG_ODDS, _LOG_ODDS_WITH_PRIOR = math.log(1e3), math.log(1e2)  # against chance
-_TYPICAL_M = 3.5  # length that a dimension gives
-_BROAD = 0.5  # standard deviation of what wrong votes spread around all votes
-_PRIOR_SHARE = 0.8  # of buildings are as the prior has them
-_LOUD = {VoteKind.BAR: 1e4, VoteKind.PAPER: 1e3}
-"""How much rarer than one wrong vote even ticks under numbers and round ratios are. Chosen."""
+_TYPICAL_M = 3.5  # typical length of a dimension
+_BROAD = 0.5  # standard deviation of the kernel that spreads all votes for wrong witnesses
+_PRIOR_SHARE = 0.8  # of buildings follow the prior
+_DISTINCTIVE = {VoteKind.BAR: 1e4, VoteKind.PAPER: 1e3}
+"""Factor by which even ticks and round ratios are rarer by chance than other votes. Chosen."""
 _COMMON = {
     VoteKind.DIMENSION: 0.005, VoteKind.BAR: 0.005, VoteKind.SIZE: 0.02, VoteKind.AREA: 0.02,
     VoteKind.PAPER: 0.01,
 }  # fmt: skip
-"""Standard deviation of the error that all votes of a kind share. Chosen."""
-_CONTRADICTION = 0.5  # of the witnesses of a scale agree on another one
-_AGREE = 0.04  # logarithm, within which two scales are no contradiction
+"""Standard deviation of the error common to all votes of a kind. Chosen."""
+_CONTRADICTION = 0.5  # of the texts of a scale: as many for another scale contradict it
+_AGREE = 0.04  # difference of log scale up to which two scales agree
 
 
 def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Consensus | None:
     """
-    Return what votes agree on; None where chance explains them or they contradict.
+    Return the consensus of votes; None if chance explains them or they contradict each other.
 
-    Bare numbers are read under one unit: the one with which most agrees, then as long as rooms
-    are.
+    All bare numbers get one unit: the one with most agreeing texts, then with the best odds or,
+    without a prior, the most usual lengths.
     """
     low, high = (math.log(each) for each in _RESOLUTIONS_M)
     votes = [vote for vote in votes if low < vote.log_scale < high]
@@ -145,25 +145,25 @@ def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Consensus 
 
 
 def _merit(found: Consensus, prior: Prior | None) -> tuple[int, float]:
-    """Return by what units compare: texts that agree, then odds or how usual lengths are."""
+    """Return the sort key of units: agreeing texts, then odds or how usual the lengths are."""
     usual = -abs(math.log(found.typical_m / _TYPICAL_M))
     return sum(found.counts.values()), usual if prior is None else found.log_odds
 
 
 def _is_contradicted(votes: list[Vote], found: Consensus, prior: Prior | None) -> bool:
-    """Tell whether the other texts agree on another scale, half as many at least."""
+    """Return whether other texts, half as many or distinctive ones, agree on another scale."""
     others = [vote for vote in votes if vote.text not in found.texts]
-    rival = _found(others, prior)
-    if rival is None:
+    competing = _found(others, prior)
+    if competing is None:
         return False
-    apart = abs(math.log(rival.resolution_m / found.resolution_m))
-    is_bare = all(vote.unit for vote in others if vote.text in rival.texts)
-    # One storey of a sheet may be in centimetres and another one in millimetres.
+    apart = abs(math.log(competing.resolution_m / found.resolution_m))
+    is_bare = all(vote.unit for vote in others if vote.text in competing.texts)
+    # Storeys on one sheet may have different units, e.g. centimetres and millimetres.
     is_other_unit = is_bare and abs(apart - _TEN * round(apart / _TEN)) < _AGREE
     if apart < _AGREE or is_other_unit:
         return False
-    loud = any(kind in _LOUD for kind in rival.counts)
-    return loud or len(rival.texts) >= _CONTRADICTION * len(found.texts)
+    is_distinctive = any(kind in _DISTINCTIVE for kind in competing.counts)
+    return is_distinctive or len(competing.texts) >= _CONTRADICTION * len(found.texts)
 
 
 def _found(votes: list[Vote], prior: Prior | None) -> Consensus | None:
@@ -187,14 +187,14 @@ def _found(votes: list[Vote], prior: Prior | None) -> Consensus | None:
 
 
 def _is_enough(votes: list[Vote], prior: Prior | None) -> bool:
-    """Tell whether more than one text stands for a scale, or one that states it as such."""
-    if any(vote.kind in _LOUD for vote in votes):
+    """Return whether a scale has several witnesses, or a text that states a scale as such."""
+    if any(vote.kind in _DISTINCTIVE for vote in votes):
         return True
     return len(_witnesses(votes)) >= (_FEWEST if prior is None else _FEWEST - 1)
 
 
 def _witnesses(votes: list[Vote]) -> list[list[Vote]]:
-    """Return votes of one kind that say the same length, together."""
+    """Return votes grouped by kind and by equal length."""
     groups: list[list[Vote]] = []
     ordered = sorted(votes, key=lambda vote: (vote.kind, vote.value))
     for _, kind in groupby(ordered, key=lambda vote: vote.kind):
@@ -208,7 +208,7 @@ def _witnesses(votes: list[Vote]) -> list[list[Vote]]:
 
 
 def _gain(witnesses: list[list[Vote]], grid: Array) -> Array:
-    """Return by how much each scale of ``grid (S,)`` explains all votes better than chance."""
+    """Return the log-likelihood ratio of each scale of ``grid (S,)`` against chance."""
     spread = np.array([np.mean([vote.spread for vote in group]) for group in witnesses])
     density = np.zeros((len(witnesses), len(grid)))
     for row, group in enumerate(witnesses):
@@ -223,14 +223,14 @@ def _gain(witnesses: list[list[Vote]], grid: Array) -> Array:
         rows = np.flatnonzero(kinds == kind)
         for row in rows.tolist():
             density[row] = gaussian_filter1d(density[row], spread[row] / _STEP, mode='constant')
-        ratio = _LOUD.get(VoteKind(kind), 1.0) * density[rows] / chance
+        ratio = _DISTINCTIVE.get(VoteKind(kind), 1.0) * density[rows] / chance
         by_share = [np.log(1.0 - p + p * ratio).sum(axis=0) for p in _RIGHT]
         gain += np.logaddexp.reduce(by_share, axis=0) - math.log(len(_RIGHT))
     return gain
 
 
 def _log_prior(grid: Array, prior: Prior | None) -> Array:
-    """Return the logarithm of the probability of each scale of ``grid (S,)`` before."""
+    """Return the log prior probability of each scale of ``grid (S,)``."""
     plain = _STEP / _RANGE
     if prior is None:
         return np.full(len(grid), math.log(plain))
@@ -240,7 +240,7 @@ def _log_prior(grid: Array, prior: Prior | None) -> Array:
 
 
 def _agreement(grid: Array, gain: Array, odds: float, votes: list[Vote]) -> Consensus:
-    """Return the distribution over scales near the best one, in a few numbers."""
+    """Return a summary of the distribution over scales near the best one."""
     weight = np.exp(gain - gain.max())
     share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
     low, middle, high = np.interp((_QUANTILES[0], 0.5, _QUANTILES[1]), share, grid)
@@ -266,6 +266,6 @@ def _agreement(grid: Array, gain: Array, odds: float, votes: list[Vote]) -> Cons
 
 
 def _counted(kind: VoteKind, count: int) -> str:
-    if kind in _LOUD and count == 1:
+    if kind in _DISTINCTIVE and count == 1:
         return f'its {kind.value}'
     return f'{count} {kind.value}{"s" if count > 1 else ""}'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is said to a person of how a drawing was read."""
+"""Messages about the parse of a drawing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fpnet_core.segmentation.scale import SURE_FACTOR
 
 
 def said_of(reading: Reading) -> list[str]:
-    """Return what is to be said of a reading, a line each: how, what, scale and notes."""
+    """Return the summary of a parse, one line each: method, content, scale and notes."""
     segmentation = reading.segmentation
     area_m2 = sum(room.area_m2 for room in segmentation.rooms)
     return [
@@ -23,7 +23,7 @@ def said_of(reading: Reading) -> list[str]:
 
 
 def is_sure(scale: DrawingScale) -> bool:
-    """Tell whether a scale may be called sure: its interval ends within ten per cent."""
+    """Return whether a scale counts as sure: its interval ends within ten per cent."""
     return (
         scale.source is not ScaleSource.UNKNOWN
         and scale.high_m <= SURE_FACTOR * scale.resolution_m
@@ -32,11 +32,11 @@ def is_sure(scale: DrawingScale) -> bool:
 
 
 def said_of_scale(scale: DrawingScale) -> str:
-    """Return metres per pixel, how surely, who says so and why."""
-    said = f'{scale.resolution_m:.4g} m per pixel'
+    """Return a scale as text: metres per pixel, interval, reason or source."""
+    text = f'{scale.resolution_m:.4g} m per pixel'
     if scale.low_m < scale.high_m:
-        said += f' ({scale.low_m:.3g} to {scale.high_m:.3g})'
+        text += f' ({scale.low_m:.3g} to {scale.high_m:.3g})'
     if scale.source is ScaleSource.UNKNOWN:
-        return f'scale unknown, taken as {said}'
+        return f'scale unknown, assumed {text}'
     unsure = '' if is_sure(scale) else ', unsure'
-    return f'{said}, {scale.why or scale.source.value}{unsure}'
+    return f'{text}, {scale.why or scale.source.value}{unsure}'

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def wrap_to_pi(angle_rad: ArrayLike) -> NDArray[np.float64]:
-    """Return the angle(s) wrapped to (-pi, pi]; shape is kept."""
+    """Return the angle(s) wrapped to (-pi, pi], in the same shape."""
     return np.pi - np.mod(np.pi - np.asarray(angle_rad, dtype=np.float64), 2.0 * np.pi)
 
 
@@ -17,6 +17,6 @@ def angle_between(a_rad: ArrayLike, b_rad: ArrayLike) -> NDArray[np.float64]:
 
 
 def rotation(angle_rad: ArrayLike) -> NDArray[np.float64]:
-    """Return the matrices ``(..., 2, 2)`` that turn the plane by angles ``(...)``."""
+    """Return the rotation matrices ``(..., 2, 2)`` of angles ``(...)``."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Few of many: points evenly drawn, and what is not nearly the same as a better one."""
+"""Subsampling: evenly spaced points, and ranked entries without near-duplicates."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def first_distinct(
     count: int, is_same: Callable[[int, Indices], NDArray[np.bool_]], limit: int | None = None
 ) -> Indices:
     """
-    Return which of ``count`` are the same as none that was kept before, at most ``limit`` of them.
+    Return the indices below ``count`` that duplicate no earlier kept one, at most ``limit``.
 
-    ``is_same`` tells which of others, given by their numbers (N,), are the same as one.
+    ``is_same(index, others)`` returns which of ``others (N,)`` duplicate entry ``index``.
     """
     left = np.arange(count)
     kept: list[int] = []
@@ -30,7 +30,7 @@ def first_distinct(
 
 
 def evenly_drawn(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return at most ``count`` of ``points (P, D)``, the first and the last one among them."""
+    """Return at most ``count`` evenly spaced ``points (P, D)``, including the first and last."""
     if len(points) <= count:
         return points
     return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]

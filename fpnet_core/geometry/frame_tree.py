@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Named frames that move against one another: where was a sensor when it looked?"""
+"""Tree of named frames with fixed and moving transforms, as in tf2."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Array = NDArray[np.float64]
 
 def plain_frame(frame: str) -> str:
     """
-    Return a frame's name without a slash before it.
+    Return a frame's name without a leading slash.
 
-    Some publishers still put one there; tf2 knows none, so both are the same frame.
+    Some publishers still write one. tf2 has dropped it, so both names mean the same frame.
     """
     return frame.lstrip('/')
 
 
 @dataclass(eq=False)
 class _Edge:
-    """``T_parent_child``, always the same or over time."""
+    """``T_parent_child``, fixed or sampled over time."""
 
     parent: str
     place: Array | PoseTrack
@@ -41,13 +41,13 @@ class FrameTree:
     """
     Transforms by frame name and time; a frame has one parent, the last one given.
 
-    Names are compared as :func:`plain_frame` returns them. Nothing is ever
-    taken to coincide: what no transform joins is unknown, in a recording as on a robot.
+    Names are compared as :func:`plain_frame` returns them. Frames are never assumed to
+    coincide: without a connecting transform the result is unknown, offline as on a robot.
 
     Parameters
     ----------
-    horizon_s : how long moving transforms are kept
-    max_gap_s : no interpolation between samples further apart
+    horizon_s : how long moving transforms are kept [s]
+    max_gap_s : largest time between two samples that are interpolated [s]
     """
 
     def __init__(self, horizon_s: float = 10.0, max_gap_s: float = MAX_GAP_NS / NS_PER_S) -> None:
@@ -56,7 +56,7 @@ class FrameTree:
         self._edges: dict[str, _Edge] = {}
 
     def clear(self) -> None:
-        """Forget everything that moves; what is fixed stays."""
+        """Remove the moving transforms and keep the fixed ones."""
         self._edges = {
             child: edge
             for child, edge in self._edges.items()
@@ -64,14 +64,14 @@ class FrameTree:
         }
 
     def add_fixed(self, parent: str, child: str, T_parent_child: Array) -> None:
-        """Take a transform that never changes."""
+        """Add a fixed transform."""
         self._edges[plain_frame(child)] = _Edge(plain_frame(parent), T_parent_child)
 
     def add(self, parent: str, child: str, T_parent_child: Array, stamp_ns: int) -> None:
         """
-        Take a sample of a moving transform.
+        Add a sample of a moving transform.
 
-        Where the clock goes back, as in a looping recording, the edge starts anew.
+        If the clock jumps back, as in a looping recording, earlier samples are dropped.
         """
         parent, child = plain_frame(parent), plain_frame(child)
         edge = self._edges.get(child)
@@ -86,27 +86,27 @@ class FrameTree:
         """
         Return ``T_target_source (4, 4)`` at a time.
 
-        None where the frames are not connected or a sample before or after that time is missing;
+        None if the frames are not connected, or a sample before or after that time is missing;
         :meth:`reason` says which.
         """
-        joint = self._joint(target, source)
-        if joint is None:
+        ancestor = self._common_ancestor(target, source)
+        if ancestor is None:
             return None
-        T_joint_target = self._along(target, joint, stamp_ns)
-        T_joint_source = self._along(source, joint, stamp_ns)
-        if T_joint_target is None or T_joint_source is None:
+        T_ancestor_target = self._along(target, ancestor, stamp_ns)
+        T_ancestor_source = self._along(source, ancestor, stamp_ns)
+        if T_ancestor_target is None or T_ancestor_source is None:
             return None
-        T_target_source: Array = np.linalg.inv(T_joint_target) @ T_joint_source
+        T_target_source: Array = np.linalg.inv(T_ancestor_target) @ T_ancestor_source
         return T_target_source
 
     def mount(self, base: str, sensor: str) -> Array:
         """
-        Return ``T_base_sensor (4, 4)``, where a sensor sits on a robot.
+        Return the fixed transform ``T_base_sensor (4, 4)`` of a sensor's mount.
 
         Raises
         ------
         OdometryError
-            If nothing fixed joins both: the sensor may be anywhere on the robot.
+            If no fixed transforms connect the two frames.
         """
         T_base_sensor = self.lookup(base, sensor, 0)
         if T_base_sensor is None:
@@ -114,33 +114,33 @@ class FrameTree:
         return T_base_sensor
 
     def reason(self, target: str, source: str, stamp_ns: int) -> str:
-        """Return in words why :meth:`lookup` knows nothing."""
+        """Return a message that explains why :meth:`lookup` returned None."""
         target, source = plain_frame(target), plain_frame(source)
         if not target:
-            return f'the place of {source!r} is unknown: the odometry names no child_frame_id'
-        if self._joint(target, source) is None:
+            return f'the pose of {source!r} is unknown: the odometry has no child_frame_id'
+        if self._common_ancestor(target, source) is None:
             return (
-                f'the place of {source!r} on {target!r} is unknown: no transform on /tf_static '
-                'joins them'
+                f'the pose of {source!r} in {target!r} is unknown: no transform on /tf_static '
+                'connects them'
             )
         return f'{source!r} in {target!r} is unknown at {stamp_ns} ns: no pose before and after it'
 
     def parent(self, frame: str) -> str | None:
-        """Return the parent of a frame, None where nobody has named one."""
+        """Return the parent of a frame, or None if it has none."""
         edge = self._edges.get(plain_frame(frame))
         return None if edge is None else edge.parent
 
     def children(self, frame: str) -> list[str]:
-        """Return the frames whose parent a frame is, in the order in which they came."""
+        """Return the child frames of a frame, in the order in which they were added."""
         frame = plain_frame(frame)
         return [child for child, edge in self._edges.items() if edge.parent == frame]
 
     def root(self, frame: str) -> str:
-        """Return the last ancestor of a frame, itself where it has no parent."""
+        """Return the topmost ancestor of a frame, or the frame itself if it has no parent."""
         return self._chain(frame)[-1]
 
     def body(self, frame: str) -> str:
-        """Return the last ancestor of a frame that it is fixed to, itself where there is none."""
+        """Return the topmost ancestor that fixed transforms connect to a frame, or the frame."""
         chain = self._chain(frame)
         for here, above in pairwise(chain):
             if isinstance(self._edges[here].place, PoseTrack):
@@ -148,13 +148,13 @@ class FrameTree:
             frame = above
         return plain_frame(frame)
 
-    def _joint(self, one: str, other: str) -> str | None:
-        """Return the nearest common ancestor of two frames, None where they have none."""
+    def _common_ancestor(self, one: str, other: str) -> str | None:
+        """Return the nearest common ancestor of two frames, or None."""
         above = self._chain(one)
         return next((frame for frame in self._chain(other) if frame in above), None)
 
     def _chain(self, frame: str) -> list[str]:
-        """Return the frame and its ancestors; a loop ends where it closes."""
+        """Return the frame and its ancestors; stop before a frame repeats (a loop in TF)."""
         chain = [plain_frame(frame)]
         while (edge := self._edges.get(chain[-1])) is not None and edge.parent not in chain:
             chain.append(edge.parent)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Angular rates of a gyroscope over time, and the orientation that they add up to."""
+"""Angular rates of a gyroscope over time, and the orientation from integrating them."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from fpnet_core.stamps import NS_PER_S
 Array = NDArray[np.float64]
 
 MAX_GAP_NS = NS_PER_S // 10
-"""Rates that are further apart do not tell how a sensor turned. Chosen: 10 Hz at least."""
+"""Largest gap between two rates that is integrated. Chosen: at least 10 Hz."""
 
 
 class GyroTrack:
     """
-    Angular rates ``(3,)`` in the sensor's frame [rad/s].
+    Buffer of angular rates ``(3,)`` in the sensor's frame [rad/s].
 
     Parameters
     ----------
     horizon_ns
-        How long rates are kept; None keeps all of them.
+        How long rates are kept [ns]; None keeps all of them.
     """
 
     def __init__(self, horizon_ns: int | None = None) -> None:
@@ -35,19 +35,19 @@ class GyroTrack:
         self._last_ns, self._R = 0, np.eye(3)
 
     def __len__(self) -> int:
-        """Count the rates."""
+        """Return the number of rates."""
         return len(self._stamps_ns)
 
     @property
     def newest_ns(self) -> int:
-        """Stamp of the newest rate, 0 where there is none."""
+        """Stamp of the newest rate [ns], 0 if there is none."""
         return self._stamps_ns[-1] if self._stamps_ns else 0
 
     def add(self, stamp_ns: int, rate: ArrayLike) -> None:
-        """Take a rate ``(3,)``; where the clock goes back, the track starts anew."""
+        """Add a rate ``(3,)``; drop all earlier ones if the clock jumps back."""
         if stamp_ns <= self.newest_ns:
             if stamp_ns > self.newest_ns - MAX_GAP_NS:
-                return  # disorder, or told twice
+                return  # out of order, or a duplicate
             del self._stamps_ns[:], self._rates[:]
         self._stamps_ns.append(stamp_ns)
         self._rates.extend(np.asarray(rate, dtype=np.float64).tolist())
@@ -57,10 +57,10 @@ class GyroTrack:
 
     def at(self, stamp_ns: int) -> Array | None:
         """
-        Return the orientation ``R_start_sensor (3, 3)`` at a time, each later than the last one.
+        Return the orientation ``R_start_sensor (3, 3)`` at a time; call with increasing times.
 
-        The start is where this is asked first. None where there are no rates since the time that
-        was asked for last, or a gap; turns from there on are known again.
+        The first call defines the start. None if rates since the last call are missing or have a
+        gap; later calls then return the rotation from here on.
         """
         last_ns, self._last_ns = self._last_ns, stamp_ns
         if not last_ns:
@@ -72,7 +72,7 @@ class GyroTrack:
         return self._R
 
     def _turn(self, first_ns: int, last_ns: int) -> Array | None:
-        """Return ``R_first_last (3, 3)``; None where the rates do not tell."""
+        """Return ``R_first_last (3, 3)``, or None if rates are missing."""
         stamps = self._stamps_ns
         begin, end = bisect_right(stamps, first_ns) - 1, bisect_left(stamps, last_ns) + 1
         if last_ns <= first_ns or begin < 0 or end > len(stamps):

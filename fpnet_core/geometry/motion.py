@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Motion during a sweep, and points without it (Lynch and Park, Modern Robotics, 3.88)."""
+"""Constant-twist motion, to deskew sweeps (Lynch and Park, Modern Robotics, eq. 3.88)."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-_NO_TURN_RAD = 1e-12  # numerical: below, a rotation has no axis
+_NO_TURN_RAD = 1e-12  # numerical: a smaller rotation has no axis
 
 
 def carried(
     points: ArrayLike, T_a_b: NDArray[np.float64], share: ArrayLike
 ) -> NDArray[np.float64]:
     """
-    Return every point moved by its own share of a motion at even speed, turning evenly.
+    Return the points ``(P, 3)``, each moved by its own share of a constant-twist motion.
 
-    A sensor that moved by ``T_a_b`` over a time, from pose ``a`` to pose ``b``, saw each point
-    from somewhere in between; with the share of that time from the end back to the point, as a
-    negative number, all points come out as seen from the end.
+    To deskew, pass the sensor's motion ``T_a_b`` from pose ``a`` at the start of the sweep to
+    pose ``b`` at its end, and as share each point's time minus the end time, over the sweep's
+    duration (-1 to 0). The points returned are relative to pose ``b``.
 
     Parameters
     ----------
     points : (P, 3)
-        Relative to the sensor at each point's own instant [m].
+        Relative to the sensor at each point's own time [m].
     T_a_b : (4, 4)
         Rigid motion.
     share : (P,)
-        Of the motion; 0 leaves a point where it is, -1 undoes all of it.
+        Fraction of the motion to apply; 0 keeps the point, -1 applies the inverse motion.
     """
     points, share = np.asarray(points, dtype=np.float64), np.asarray(share, dtype=np.float64)
     if not len(points):
@@ -49,7 +49,7 @@ def carried(
 
 
 def part_of(T_a_b: NDArray[np.float64], share: float) -> NDArray[np.float64]:
-    """Return a share of a rigid motion ``(4, 4)`` at even speed, turning evenly."""
+    """Return the fraction ``share`` of a rigid motion ``(4, 4)`` at constant twist."""
     turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
     velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
     part = np.eye(4)
@@ -60,9 +60,9 @@ def part_of(T_a_b: NDArray[np.float64], share: float) -> NDArray[np.float64]:
 
 def twist(T_a_b: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
     """
-    Return the even velocity ``(6,)`` that leads from pose ``a`` to pose ``b`` in a time.
+    Return the constant body twist ``(6,)`` that leads from pose ``a`` to ``b`` in a time.
 
-    Along x, y and z [m/s] and about them [rad/s], in the moving frame itself.
+    Linear [m/s], then angular velocity [rad/s], in the moving frame.
     """
     turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
     velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
@@ -70,7 +70,7 @@ def twist(T_a_b: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
 
 
 def _integral(turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``V (3, 3)``: an even twist of rotation vector ``turn`` moves by ``V @ velocity``."""
+    """Return ``V (3, 3)`` of SE(3)'s exponential map: translation = ``V @ velocity``."""
     angle = float(np.linalg.norm(turn))
     x, y, z = turn / max(angle, _NO_TURN_RAD)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

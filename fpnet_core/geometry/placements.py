@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where a submap lies on a plan: one value from the first proposal to what is reported.
+Placements of a submap on a plan: the value that all steps of the search pass on.
 
-Placements are proposed by the thousand, ranked, refined, scored and judged. Each step takes
-:class:`Placements` and returns them with one more column known.
+Thousands are proposed, then ranked, refined, scored and given probabilities. Each step takes
+:class:`Placements` and returns them with one more column filled.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Index = NDArray[np.int64] | NDArray[np.bool_] | slice
 @dataclass(frozen=True, eq=False)
 class Placement:
     """
-    A submap on a plan.
+    Placement of a submap on a plan.
 
-    ``A_plan_submap`` maps submap metres to plan metres; ``score`` in [0, 1] is the agreement of
-    both maps, NaN before anyone has looked; ``cov (3, 3)`` is over x, y [m] and yaw [rad] of the
-    submap's origin in ``plan``, that of the alignment alone, as if no wall were drawn wrongly, and
-    zeros where nothing has measured it; ``probability`` is that of
-    this placement against all others and against none of them, NaN before it is judged.
+    ``A_plan_submap`` maps submap metres to plan metres. ``score`` in [0, 1] is the agreement of
+    the two maps, NaN until it is computed. ``cov (3, 3)`` is over x, y [m] and yaw [rad] of the
+    submap's origin in ``plan``; it covers the alignment error only, not errors of the drawing,
+    and is zero until it is estimated. ``probability`` is the posterior of this placement among
+    all placements and the null hypothesis, NaN until it is computed.
     """
 
     A_plan_submap: Affine2D
@@ -50,7 +50,7 @@ class Placement:
 @dataclass(frozen=True, eq=False, init=False)
 class Placements:
     """
-    ``C`` placements of one submap on one plan; where they are ranked, best first.
+    ``C`` placements of one submap on one plan; best first once they are ranked.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Placements:
     Raises
     ------
     ValueError
-        If a shape is wrong. Values are not looked at: a proposal may be NaN, and ranks last.
+        If a shape is wrong. Values are not checked: a proposal may be NaN and ranks last.
     """
 
     linear: Array
@@ -100,7 +100,7 @@ class Placements:
 
     @classmethod
     def of(cls, placed: Iterable[Affine2D | Placement]) -> Self:
-        """Collect placements; of a bare ``A_plan_submap`` nothing else is known."""
+        """Collect placements; a bare ``A_plan_submap`` gets the defaults of :class:`Placement`."""
         each = [p if isinstance(p, Placement) else Placement(p) for p in placed]
         return cls(
             np.array([p.A_plan_submap.linear for p in each]).reshape(-1, 2, 2),
@@ -112,15 +112,15 @@ class Placements:
 
     @classmethod
     def empty(cls) -> Self:
-        """Return no placement."""
+        """Return zero placements."""
         return cls.of(())
 
     def __len__(self) -> int:
-        """Count the placements."""
+        """Return the number of placements."""
         return len(self.linear)
 
     def __getitem__(self, index: SupportsIndex) -> Placement:
-        """Return one placement; raise ValueError where it is singular or not finite."""
+        """Return one placement; raise ValueError if it is singular or not finite."""
         return Placement(
             Affine2D(self.linear[index], self.translation[index]),
             float(self.score[index]),
@@ -129,15 +129,15 @@ class Placements:
         )
 
     def __iter__(self) -> Iterator[Placement]:
-        """Go through the placements in their order."""
+        """Iterate over the placements in order."""
         return (self[index] for index in range(len(self)))
 
     def take(self, index: Index) -> Placements:
-        """Return the placements at ``index`` in that order."""
+        """Return the placements at ``index``, in that order."""
         return Placements(*(column[index] for column in self._columns))
 
     def joined(self, other: Placements) -> Placements:
-        """Return these placements followed by the other ones."""
+        """Return these placements followed by ``other``."""
         pairs = zip(self._columns, other._columns, strict=True)
         return Placements(*(np.concatenate(pair) for pair in pairs))
 
@@ -169,7 +169,7 @@ class Placements:
         return stretch_of(self.linear)
 
     def apply(self, points: ArrayLike) -> Array:
-        """Return where each placement puts ``points (P, 2)`` of the submap, ``(C, P, 2)``."""
+        """Return the ``points (P, 2)`` of the submap mapped by each placement, ``(C, P, 2)``."""
         placed = np.einsum('cij,kj->cki', self.linear, np.asarray(points, dtype=np.float64))
         return np.asarray(placed + self.translation[:, None], dtype=np.float64)
 
@@ -177,7 +177,7 @@ class Placements:
         """
         Return ``A_plan_submap @ A_submap_x``: the placements of another frame of the submap.
 
-        Scores and probabilities stay; covariances become those of that frame's origin.
+        Scores and probabilities are kept; covariances are moved to that frame's origin.
         """
         if not isinstance(other, Affine2D):
             return NotImplemented
@@ -196,7 +196,7 @@ class Placements:
         """
         Return ``A_x_plan @ A_plan_submap``: the placements in another frame of the plan.
 
-        Scores and probabilities stay; covariances follow, their yaw as under a similarity.
+        Scores and probabilities are kept; covariances are transformed, yaw as by a similarity.
         """
         if not isinstance(other, Affine2D):
             return NotImplemented
@@ -212,10 +212,10 @@ class Placements:
 
     def distinct(self, points: ArrayLike, distance_m: float, limit: int) -> NDArray[np.int64]:
         """
-        Return the indices of placements that differ from every better one.
+        Return the indices of placements that differ from every better one that was kept.
 
-        Two differ when ``points (P, 2)`` of the submap land more than ``distance_m`` apart on
-        average. The placements are ranked, best first; at most ``limit`` indices are returned.
+        Two differ if they map ``points (P, 2)`` of the submap more than ``distance_m`` apart on
+        average. The placements must be ranked, best first. At most ``limit`` indices.
         """
         x, y = np.moveaxis(self.apply(points), -1, 0)
 

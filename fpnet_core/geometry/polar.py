@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Linear maps of the plane as a rotation followed by a stretch, ``linear = stretch @ R(heading)``.
+Polar decomposition of linear maps of the plane, ``linear = stretch @ R(heading)``.
 
-The polar decomposition in closed form: ``R`` is the rotation under which the rest is symmetric,
-its trace not negative. A mirror image is no rotation; one eigenvalue of its stretch is negative.
+In closed form: ``R`` is the rotation for which ``stretch`` is symmetric with a trace >= 0.
+If the map mirrors, one eigenvalue of ``stretch`` is negative.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ def heading_of(linear: ArrayLike) -> NDArray[np.float64]:
 
 
 def scale_of(linear: ArrayLike) -> NDArray[np.float64]:
-    """Return the mean scales ``(...)`` of linear maps ``(..., 2, 2)``: squared, that of areas."""
+    """Return the mean scales ``(...)`` of linear maps ``(..., 2, 2)``: ``sqrt(abs(det))``."""
     a = np.asarray(linear, dtype=np.float64)
     return np.asarray(np.sqrt(np.abs(np.linalg.det(a))), dtype=np.float64)
 
@@ -31,6 +31,6 @@ def stretch_of(linear: ArrayLike) -> NDArray[np.float64]:
     c, s = np.cos(heading), np.sin(heading)
     xx = a[..., 0, 0] * c - a[..., 0, 1] * s
     yy = a[..., 1, 0] * s + a[..., 1, 1] * c
-    # Equal but for rounding, and symmetric to the last digit as their mean.
+    # Both terms are equal up to rounding; the mean makes the result exactly symmetric.
     xy = 0.5 * (a[..., 0, 0] * s + a[..., 0, 1] * c + (a[..., 1, 0] * c - a[..., 1, 1] * s))
     return np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)

@@ -10,16 +10,15 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.errors import OdometryError
 
-# Numerical: largest deviation of R^T R from identity, and of the last row, that still counts as
-# rigid. Poses from text files carry six digits, and chains of single-precision poses drift by
-# 1e-4.
+# Numerical: tolerance on R^T R against the identity, and on the last row, of a rigid transform.
+# Poses from text files have six digits, and chains of single-precision poses drift by 1e-4.
 RIGID_TOLERANCE = 1e-3
 
-_LEAST_NORM = 1e-6  # numerical: of a quaternion; a shorter one is zero
+_LEAST_NORM = 1e-6  # numerical: a quaternion with a smaller norm counts as zero
 
 
 def is_rigid(matrix: ArrayLike) -> bool:
-    """Tell whether ``matrix`` is a finite (4, 4) rotation plus translation, not mirrored."""
+    """Return whether ``matrix`` is a finite (4, 4) rotation plus translation, not mirrored."""
     m = np.asarray(matrix, dtype=np.float64)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         return False
@@ -33,12 +32,12 @@ def is_rigid(matrix: ArrayLike) -> bool:
 
 def checked_rigid(matrix: ArrayLike) -> NDArray[np.float64]:
     """
-    Return the pose of a sensor as a rigid (4, 4) float64.
+    Return a sensor's pose as a (4, 4) float64 array after checking that it is rigid.
 
     Raises
     ------
     OdometryError
-        If it is none.
+        If it is not a rigid transform.
     """
     m = np.asarray(matrix, dtype=np.float64)
     if m.shape != (4, 4):
@@ -55,7 +54,7 @@ def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64
     """
     Return the (4, 4) transform of translation ``xyz (3,)`` [m] and quaternion ``xyzw (4,)``.
 
-    The quaternion is normalised, as recordings carry rounded ones.
+    The quaternion is normalised, because recordings hold rounded ones.
 
     Raises
     ------
@@ -64,7 +63,7 @@ def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64
     """
     xyz, xyzw = np.asarray(xyz, dtype=np.float64), np.asarray(xyzw, dtype=np.float64)
     if not (np.isfinite(xyz).all() and np.isfinite(xyzw).all()):
-        raise ValueError('pose holds NaN or infinity')
+        raise ValueError('pose contains NaN or infinity')
     if np.linalg.norm(xyzw) < _LEAST_NORM:
         raise ValueError('quaternion is zero: the orientation was never set')
     m = np.eye(4)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planar transform groups: SE2 inside Similarity2D inside Affine2D.
+"""Planar transform groups: SE2 is a Similarity2D, which is an Affine2D.
 
-``T_a_b`` maps coordinates in ``b`` to ``a``, so chains cancel by eye:
-``T_map_base = T_map_odom @ T_odom_base``. Composition returns the smaller group that holds
-both factors.
+``T_a_b`` maps coordinates in ``b`` to ``a``, so that inner frame names cancel in chains:
+``T_map_base = T_map_odom @ T_odom_base``. Composition returns the more general class of the
+two factors.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from fpnet_core.geometry.polar import heading_of, scale_of, stretch_of
 
 Array = NDArray[np.float64]
 
-# Numerical: relative deviation from the group that construction still accepts (rounding of long
+# Numerical: relative deviation from the group that the constructor accepts (rounding in long
 # chains).
 _GROUP_TOLERANCE = 1e-6
-_SINGULAR = 1e-12  # numerical: a smaller determinant or scale is zero
+_SINGULAR = 1e-12  # numerical: a smaller determinant or scale counts as zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Affine2D:
                 f'and {translation.shape}'
             )
         if not (np.isfinite(linear).all() and np.isfinite(translation).all()):
-            raise ValueError('transform holds NaN or infinity')
+            raise ValueError('transform contains NaN or infinity')
         self._check_group(linear)
         linear.setflags(write=False)
         translation.setflags(write=False)
@@ -69,7 +69,7 @@ class Affine2D:
 
     @classmethod
     def identity(cls) -> Self:
-        """Return the map that leaves every point where it is."""
+        """Return the identity map."""
         return cls(np.eye(2), np.zeros(2))
 
     @classmethod
@@ -90,7 +90,7 @@ class Affine2D:
 
     @property
     def is_mirrored(self) -> bool:
-        """True where the map turns left into right (negative determinant)."""
+        """Whether the map mirrors (negative determinant)."""
         return bool(np.linalg.det(self.linear) < 0.0)
 
     @property
@@ -109,11 +109,11 @@ class Affine2D:
         return stretch_of(self.linear)
 
     def apply(self, xy: ArrayLike) -> Array:
-        """Map points ``xy (..., 2)`` from frame ``b`` to frame ``a``; zero points stay zero."""
+        """Map points ``xy (..., 2)`` from frame ``b`` to frame ``a``; may be empty."""
         return np.asarray(xy, dtype=np.float64) @ self.linear.T + self.translation
 
     def apply_yaw(self, yaw_rad: float) -> float:
-        """Map a heading: the direction in ``a`` of the mapped unit vector."""
+        """Map a heading [rad]: return the direction in ``a`` of the mapped unit vector."""
         d = self.linear @ np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
         return float(np.arctan2(d[1], d[0]))
 
@@ -123,7 +123,7 @@ class Affine2D:
         return type(self)(inverse, -inverse @ self.translation)
 
     def __matmul__(self, other: Any) -> Any:
-        """Compose ``T_a_b @ T_b_c = T_a_c``; the result is of the more general class."""
+        """Compose ``T_a_b @ T_b_c = T_a_c``; the result has the more general class."""
         if not isinstance(other, Affine2D):
             return NotImplemented
         cls = type(self) if issubclass(type(other), type(self)) else type(other)
@@ -132,7 +132,7 @@ class Affine2D:
 
 @dataclass(frozen=True, eq=False)
 class Similarity2D(Affine2D):
-    """Rotation, uniform positive scale and translation; never a mirror image."""
+    """Rotation, uniform positive scale and translation, without mirroring."""
 
     @classmethod
     def _check_group(cls, linear: Array) -> None:
@@ -149,7 +149,7 @@ class Similarity2D(Affine2D):
 
     @property
     def scale(self) -> float:
-        """Uniform scale, to the last digit: length in ``a`` over length in ``b``."""
+        """Exact uniform scale: length in ``a`` over length in ``b``."""
         return float(np.hypot(self.linear[0, 0], self.linear[1, 0]))
 
     @property
@@ -177,9 +177,9 @@ class SE2(Similarity2D):
     @classmethod
     def from_matrix4(cls, matrix: ArrayLike) -> SE2:
         """
-        Project a rigid 3D transform (4, 4) on the ground plane: x, y and the yaw of its x axis.
+        Project a rigid 3D transform (4, 4) to the ground plane: x, y and the yaw of its x axis.
 
-        Roll, pitch and z are dropped; the caller says that the frames are gravity-aligned.
+        Roll, pitch and z are dropped; the caller ensures that the frames are gravity-aligned.
         """
         m = np.asarray(matrix, dtype=np.float64)
         if m.shape != (4, 4):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From a segmentation to the attributed graph that matchers see."""
+"""Construction of the attributed graph for matchers from a segmentation."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def build_region_graph(
     """
     Return the graph whose vertices are all rooms and doors, in the order of their ids.
 
-    Each portal joins its door to the one or two rooms it opens into (paper, section III-C1); a
-    door into unseen space has a single edge. Several openings of a door into the same room are
-    one edge, with the widest opening. A segmentation without regions gives an empty graph.
+    Each portal connects its door to the one or two rooms it opens into (paper, section III-C1); a
+    door into unseen space has a single edge. Several openings of a door into the same room are one
+    edge, with the widest opening. A segmentation without regions gives an empty graph.
     """
     widths: dict[tuple[int, int], float] = {}
     for portal in segmentation.portals:

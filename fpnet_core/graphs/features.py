@@ -16,10 +16,10 @@ columns name                value
 26:28   ``LABEL``           one-hot: door, room
 ======= =================== ==============================================================
 
-The paper normalises positions by the image size, which throws the relative size of both maps
-away and makes positions depend on blank margins. Here both sides keep nominal metres and only
-the centre moves: to the area-weighted centroid of the regions, which needs no image. Rotation
-is not removed; the network is trained under random rotations of both sides.
+The paper normalises positions by the image size. That discards the relative size of both maps and
+makes positions depend on blank margins. Here both graphs keep nominal metres and only the origin
+moves, to the area-weighted centroid of the regions, which needs no image. Rotation is not removed;
+the network is trained under random rotations of both graphs.
 """
 
 from __future__ import annotations
@@ -54,15 +54,15 @@ DISTANCE_UNIT_M = 5.0
 
 _HU_FLOOR = 0.01  # numerical
 _FOURIER_FLOOR = 0.02  # numerical
-KEPT_OUTLINES = 4096  # numerical: of which what was measured is kept
+KEPT_OUTLINES = 4096  # numerical: size of the cache of outline features
 # Numerical: outline samples per region; the highest harmonic used is 8, so 64 oversamples four
 # times.
 _OUTLINE_SAMPLES = 64
 # Harmonics whose magnitudes are kept: -8..-1 and 2..8. Harmonic 0 is the position and 1 the size.
 _HARMONICS = np.array([*range(-8, 0), *range(2, 9)])
 
-# Numerical: means and spreads over rectangular, L-shaped and door-like outlines (aspect 1 to 15),
-# rounded. They only have to bring each column to about unit range and must not change within a
+# Numerical: rounded means and spreads over rectangular, L-shaped and door-like outlines (aspect 1
+# to 15). They only have to bring each column to about unit range and must not change within a
 # schema.
 _HU_SHIFT = np.array([3.4, 1.8, 0.1, 0.0, 0.0, 0.0, 0.0])
 _HU_SCALE = np.array([0.5, 1.4, 0.4, 0.3, 0.2, 0.2, 0.2])  # numerical
@@ -77,7 +77,7 @@ _FOURIER_SCALE = np.array(
 _AREA_SHIFT, _AREA_SCALE = 1.5, 2.0  # numerical
 _FEATURE_LIMIT = 4.0  # numerical
 
-# Given: the seventh Hu moment tells a shape from its mirror image. AREA is half of two logarithms.
+# Given: the seventh Hu moment distinguishes mirror images. AREA is half a log area: a log length.
 PAPER_LAYOUT = FeatureLayout(
     size=NODE_FEATURES,
     odd=(0, HU.stop - 1),
@@ -120,7 +120,7 @@ def node_features(regions: Sequence[Region]) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=KEPT_OUTLINES)
 def _shape_features(polygon: bytes) -> tuple[Array, Array]:
-    """Return the scaled HU and FOURIER features of an outline; rooms come again every tick."""
+    """Return an outline's scaled HU and FOURIER features; cached, since rooms recur."""
     outline = np.frombuffer(polygon, dtype=np.float64).reshape(-1, 2)
     hu = (hu_moments(outline) - _HU_SHIFT) / _HU_SCALE
     return hu, (fourier_descriptors(outline) - _FOURIER_SHIFT) / _FOURIER_SCALE
@@ -147,7 +147,7 @@ def hu_moments(polygon: Array) -> Array:
     """
     Return ``sign(h) log(1 + |h| / 0.01)`` of the seven Hu moments of ``polygon (V, 2)``.
 
-    This compression keeps the first moments apart, which carry the elongation, and mutes the
+    This compression separates the first moments, which describe the elongation, and damps the
     higher ones, which are mostly noise; it retrieves complete rooms better than log10.
     """
     moments: Any = cv2.moments((polygon - polygon.mean(axis=0)).astype(np.float32))
@@ -160,13 +160,13 @@ def fourier_descriptors(polygon: Array) -> Array:
     """
     Return fifteen compressed Fourier magnitudes of the outline ``polygon (V, 2)``.
 
-    The closed outline is sampled evenly by arc length as complex numbers; magnitudes of the
-    harmonics -8..-1 and 2..8 over that of harmonic 1 do not depend on translation, rotation,
-    scale or the starting vertex. An outline without length gives zeros.
+    The closed outline is sampled evenly by arc length as complex numbers. The magnitudes of the
+    harmonics -8..-1 and 2..8 over that of harmonic 1 are invariant to translation, rotation, scale
+    and the starting vertex. An outline without length gives zeros.
     """
     samples = resample_outline(polygon, _OUTLINE_SAMPLES)
     magnitude = np.abs(np.fft.fft(samples[:, 0] + 1j * samples[:, 1]))
-    # A clockwise outline has its size in harmonic -1; counter-clockwise is the contract.
+    # Outlines must be counter-clockwise; a clockwise one has its size in harmonic -1.
     size = magnitude[1]
     if size <= np.finfo(np.float64).eps:
         return np.zeros(len(_HARMONICS))

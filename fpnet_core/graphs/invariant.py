@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Node rows without a scale: the input of the ``fpnet`` preset.
+Scale-free node rows: the input of the ``fpnet`` preset.
 
 Every length is divided by the graph's own unit, roughly the width of a door, so a map in pixels
-gives the same rows as one in metres. The first four columns, position and axis, turn with the
-map; the network only takes distances and relative angles from them, so nothing it sees depends
-on a rotation, translation or uniform scale of either map.
+gives the same rows as one in metres. The first four columns, position and axis, rotate with the
+map. The network only uses distances and relative angles from them, so its input is invariant to
+rotation, translation and uniform scale of either map.
 
 ======= ============ ======================================================================
 columns name         value
@@ -15,11 +15,11 @@ columns name         value
 2:4     ``AXIS``     ``e (cos 2a, sin 2a)`` of the long axis at angle a; elongation e in [0, 1]
 4:6     label        one-hot: door, room
 6       long side    logarithm of the enclosing rectangle's long side; a door's width
-7       short side   the same of its short side; rooms only
+7       short side   logarithm of its short side; rooms only
 8       size         half the logarithm of the area; rooms only
 9       filling      area over that of the rectangle; rooms only
 10:13   seen         observed fraction, frontier fraction, confidence
-13:16   doors        of a room: logarithms of one plus their number, mean and greatest width
+13:16   doors        of a room: log(1 + number), mean and largest log width; 0 without doors
 16:18   side         one-hot: plan, submap
 18:40   shape        Hu moments and Fourier descriptors as in schema 1; rooms only
 ======= ============ ======================================================================
@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 AXIS = slice(2, 4)
 _LABEL, _SIZES, _SEEN = slice(4, 6), slice(6, 10), slice(10, 13)
 _DOORS, _SIDE, _SHAPE = slice(13, 16), slice(16, 18), slice(18, 40)
-_HU_SKEW = _SHAPE.start + 6  # given: the seventh Hu moment tells a shape from its mirror image
+_HU_SKEW = _SHAPE.start + 6  # given: the seventh Hu moment distinguishes mirror images
 
 # Given.
 INVARIANT_LAYOUT = FeatureLayout(
@@ -57,14 +57,12 @@ POSITION_UNITS = 10.0
 """Length, in units, that becomes 1 in node positions. Chosen."""
 
 SHORT_SIDE_UNITS = 4.5
-"""
-Typical short side of a room in door widths, by which rooms tell the unit where doors lack. Chosen.
-"""
+"""Typical short side of a room in door widths; estimates the unit without doors. Chosen."""
 
 # Chosen, not measured:
-_ROOM_WEIGHT = 0.2  # of a room beside a door in the weighted median that is the unit
-_ROOM_LOG_SIZE = 1.5  # typical logarithm of a room's sides in units, taken off its sizes
-_SMALLEST = 1e-6  # numerical: sides of degenerate outlines, in the outline's own lengths
+_ROOM_WEIGHT = 0.2  # weight of a room relative to a door in the weighted median of the unit
+_ROOM_LOG_SIZE = 1.5  # typical logarithm of a room's sides in units, subtracted from its sizes
+_SMALLEST = 1e-6  # numerical: least side of degenerate outlines, in the outline's unit of length
 
 
 def invariant_rows(graph: RegionGraph) -> NDArray[np.float32]:
@@ -93,7 +91,7 @@ def invariant_rows(graph: RegionGraph) -> NDArray[np.float32]:
 
 
 def door_mask(graph: RegionGraph) -> NDArray[np.bool_]:
-    """Return ``(R,)``: which regions are doors."""
+    """Return which regions are doors, ``(R,)``."""
     return np.array([region.label is RegionLabel.DOOR for region in graph.regions], dtype=bool)
 
 
@@ -106,7 +104,7 @@ def enclosing_rectangles(graph: RegionGraph) -> tuple[Array, Array, Array]:
 
 @lru_cache(maxsize=KEPT_OUTLINES)
 def _rectangle(polygon: bytes, centroid: bytes) -> tuple[float, ...]:
-    """Return centre, longer and shorter side and long axis; rooms come again every tick."""
+    """Return centre, longer and shorter side and long axis; cached, since rooms recur."""
     middle = np.frombuffer(centroid)
     # Centred first: OpenCV computes in single precision.
     outline = (np.frombuffer(polygon).reshape(-1, 2) - middle).astype(np.float32)
@@ -119,8 +117,8 @@ def length_unit(sides: Array, is_door: NDArray[np.bool_]) -> float:
     """
     Return the graph's unit of length from ``sides (R, 2)``, about the width of a door.
 
-    The weighted median of the doors' widths and of a fraction of the rooms' short sides: with
-    few doors, one wide opening would else mislead it.
+    It is the weighted median of the doors' widths and a fraction of the rooms' short sides. Rooms
+    prevent a single wide opening from dominating when there are few doors.
     """
     length = np.where(is_door, sides[:, 0], sides[:, 1] / SHORT_SIDE_UNITS)
     weight = np.where(is_door, 1.0, _ROOM_WEIGHT)
@@ -130,7 +128,7 @@ def length_unit(sides: Array, is_door: NDArray[np.bool_]) -> float:
 
 
 def _sizes(sides: Array, area: Array, is_door: NDArray[np.bool_]) -> Array:
-    """Return the four size columns; a door has only its width, its depth is a convention."""
+    """Return the four size columns; doors only have a width, as their depth is a convention."""
     filling = np.clip(area / sides.prod(axis=1), 0.0, 1.0)
     logs = np.column_stack([np.log(sides), 0.5 * np.log(area)]) - _ROOM_LOG_SIZE
     rooms = np.column_stack([logs, filling])

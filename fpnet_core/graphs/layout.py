@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the columns of node rows mean, for code that changes rows without recomputing them."""
+"""Meaning of the columns of node rows, for code that changes rows without recomputing them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class FeatureLayout:
     size : number of columns
     odd : columns that change their sign when the map is mirrored at the y axis
     log_lengths : columns that grow by 1 when all lengths grow by the factor e
-    noisy : columns that measure shapes and sizes, to which training adds noise
-    axis : columns with the doubled angle of the region's axis, which turn with the map
+    noisy : columns of shapes and sizes, to which training adds noise
+    axis : columns with the doubled angle of the region's axis, which rotate with the map
     """
 
     size: int

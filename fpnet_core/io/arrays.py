@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-NumPy files (.npy, .npz), read such that a damaged one can neither run code nor fill the memory.
+Safe reader for NumPy files (.npy, .npz): a damaged file can neither run code nor fill the memory.
 
-NumPy reserves what a header promises before it reads, and unpacks archives of any size; here
-sizes are compared with what the file holds first. Nothing is unpickled.
+NumPy allocates the size that a header states before it reads, and unpacks archives of any size.
+This module first compares that size with the file's. It unpickles nothing.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from fpnet_core.plain_files import regular
 
 MAX_BYTES = 2**30
 """
-Numerical: larger arrays and archives (unpacked) are refused; a saved state of 400 m x 400 m has
-less.
+Numerical: larger arrays and archives (unpacked) are refused. A saved state of 400 m x 400 m is
+smaller.
 """
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -40,7 +40,7 @@ def read_array(path: Path) -> NDArray[Any]:
     OSError
         If the file cannot be opened.
     ValueError
-        If it is no ``.npy`` file of plain numbers or text, is damaged or too large.
+        If the file is not a ``.npy`` file of plain numbers or text, is damaged or too large.
     """
     with regular(path).open('rb') as file:
         return _read(file, path.stat().st_size, path.name)
@@ -55,8 +55,8 @@ def read_arrays(path: Path | BytesIO) -> dict[str, NDArray[Any]]:
     OSError
         If the file cannot be opened.
     ValueError
-        If it is no ``.npz`` archive of plain numbers or text, is damaged, or unpacks to more than
-        ``MAX_BYTES``.
+        If the file is not a ``.npz`` archive of plain numbers or text, is damaged, or unpacks to
+        more than ``MAX_BYTES``.
     """
     with ArrayArchive(path) as archive:
         if archive.size > MAX_BYTES:
@@ -65,21 +65,21 @@ def read_arrays(path: Path | BytesIO) -> dict[str, NDArray[Any]]:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], is_durable: bool = False) -> None:
-    """Write arrays by name as a compressed ``.npz``, as :func:`replaced`: whole or not at all."""
+    """Write arrays by name as a compressed ``.npz``, atomically (see :func:`replaced`)."""
     with replaced(path, is_durable) as partial, partial.open('wb') as file:
         np.savez_compressed(file, **arrays)
 
 
 class ArrayArchive:
     """
-    A ``.npz`` archive whose arrays are read one by one; a context manager.
+    Context manager that reads the arrays of a ``.npz`` archive one by one.
 
     Raises
     ------
     OSError
         If the file cannot be opened.
     ValueError
-        On opening or while reading, as :func:`read_arrays`; ``MAX_BYTES`` is for each array.
+        On opening or reading, as :func:`read_arrays`; ``MAX_BYTES`` applies to each array.
     """
 
     def __init__(self, path: Path | BytesIO) -> None:
@@ -88,7 +88,7 @@ class ArrayArchive:
         except (OSError, ValueError):
             raise
         except Exception as error:
-            raise ValueError(f'no readable .npz archive ({_detail(error)})') from None
+            raise ValueError(f'not a readable .npz archive ({_detail(error)})') from None
         self._members = {
             member.filename.removesuffix('.npy'): member for member in self._archive.infolist()
         }
@@ -108,7 +108,7 @@ class ArrayArchive:
 
     @property
     def size(self) -> int:
-        """Bytes of all arrays, unpacked."""
+        """Unpacked size of all arrays [bytes]."""
         return sum(member.file_size for member in self._members.values())
 
     def read(self, name: str) -> NDArray[Any]:
@@ -120,7 +120,7 @@ class ArrayArchive:
         except ValueError:
             raise
         except Exception as error:
-            # zipfile and the decompressors raise a dozen kinds on damaged members.
+            # zipfile and the decompressors raise a dozen exception types on damaged members.
             raise ValueError(f'{name} cannot be unpacked: {_detail(error)}') from None
 
 
@@ -132,7 +132,7 @@ def _read(file: Any, size: int, name: str) -> NDArray[Any]:
             raise ValueError(f'unsupported version {version}')
         shape, is_fortran, dtype = _HEADER_READERS[version](file)
         if dtype.hasobject:
-            raise ValueError('holds pickled objects, which are not read')
+            raise ValueError('contains pickled objects, which are not read')
         needed, left = dtype.itemsize * _count(shape), size - file.tell()
         if needed > min(left, MAX_BYTES):
             raise ValueError(f'shape {shape} needs {needed} bytes, got {left}')
@@ -142,13 +142,13 @@ def _read(file: Any, size: int, name: str) -> NDArray[Any]:
         order: Literal['F', 'C'] = 'F' if is_fortran else 'C'
         return np.ndarray(shape, dtype, data, order=order).copy()
     except Exception as error:
-        # NumPy evaluates the header as a literal, and decompressors check what they can: odd
-        # files end in a dozen kinds (TokenError, TypeError, zlib.error, NotImplementedError).
-        raise ValueError(f'{name} is no usable array: {_detail(error)}') from None
+        # NumPy evaluates the header as a literal, and decompressors do their own checks: damaged
+        # files raise a dozen types (TokenError, TypeError, zlib.error, NotImplementedError).
+        raise ValueError(f'{name} is not a usable array: {_detail(error)}') from None
 
 
 def _count(shape: tuple[int, ...]) -> int:
-    """Return the number of elements, in Python's integers, which do not overflow."""
+    """Return the number of elements as a Python integer, which cannot overflow."""
     count = 1
     for length in shape:
         if length < 0:

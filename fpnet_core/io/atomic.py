@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Files that appear under their name only when they are complete."""
+"""Atomic file writes."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ import tempfile
 @contextmanager
 def replaced(path: Path, is_durable: bool = False) -> Iterator[Path]:
     """
-    Yield a path in the same folder, which is made; what is written there takes the name ``path``.
+    Yield a temporary path in the same folder (created if missing) and rename it to ``path``.
 
-    Whoever reads meanwhile, or after the writer was killed, finds what was there before. An error
-    inside leaves nothing behind. ``is_durable`` files are there after a power failure, too: the
-    old one or the new one.
+    Until the rename, and if the writer is killed, readers find the previous file. An exception
+    in the block removes the temporary file. With ``is_durable``, the old or the new file also
+    survives a power failure.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     number, name = tempfile.mkstemp(prefix=f'.{path.name}.', suffix='.partial', dir=path.parent)
     os.close(number)
     partial = Path(name)
     try:
-        partial.chmod(_MODE)  # mkstemp's are for the owner's eyes only
+        partial.chmod(_MODE)  # mkstemp creates files that only their owner can read
         yield partial
         if is_durable:
-            _reach_disk(partial)
+            _fsync(partial)
         partial.replace(path)
         if is_durable:
-            _reach_disk(path.parent)
+            _fsync(path.parent)
     finally:
-        with suppress(OSError):  # a disk that became read-only keeps it
+        with suppress(OSError):  # the disk may have become read-only
             partial.unlink(missing_ok=True)
 
 
 def remove_partials(path: Path) -> None:
-    """Remove what writers of ``path`` left that were killed; nobody may be writing it."""
+    """Remove temporary files of killed writers of ``path``; no writer may be running."""
     with suppress(OSError):
         for partial in path.parent.glob(f'.{path.name}.*.partial'):
             partial.unlink(missing_ok=True)
 
 
-def _reach_disk(path: Path) -> None:
+def _fsync(path: Path) -> None:
     number = os.open(path, os.O_RDONLY)
     try:
         os.fsync(number)
@@ -58,4 +58,4 @@ def _default_mode() -> int:
     return 0o666 & ~mask
 
 
-_MODE = _default_mode()  # asking for it is not thread-safe, so it is asked once
+_MODE = _default_mode()  # read once on import, because os.umask is not thread-safe

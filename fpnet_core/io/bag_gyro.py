@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The gyroscope of a bag: how a lidar turned from one sweep to the next."""
+"""Orientation of a lidar from the gyroscope in a bag."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _log = logging.getLogger(__name__)
 
 class BagGyro:
     """
-    Orientations of a sensor by the first IMU of a bag whose place is known; by none of the others.
+    Orientations of a sensor from one IMU of a bag: the first with a known mount.
 
     Parameters
     ----------
     bag, path
-        Where to look.
+        Open bag, and its path for messages.
     static
-        What is fixed to what.
+        Static transforms.
     sensor
-        The frame that turns.
+        Frame whose orientation is wanted.
     """
 
     def __init__(self, bag: BagReader, path: Path, static: FrameTree, sensor: str) -> None:
@@ -46,11 +46,11 @@ class BagGyro:
                 _log.warning('%s: the gyroscope on %s is not used: %s', path, topic, error)
                 continue
             self._R_imu_sensor = T_imu_sensor[:3, :3]
-            _log.info('%s: turns are those of the gyroscope on %s', path, topic)
+            _log.info('%s: rotations are taken from the gyroscope on %s', path, topic)
             break
 
     def at(self, stamp_ns: int) -> NDArray[np.float64] | None:
-        """Return ``R_gyro_sensor (3, 3)``; None without a gyroscope, or where it says nothing."""
+        """Return ``R_gyro_sensor (3, 3)``; None without a gyroscope or where it has a gap."""
         R_start_imu = self._track.at(stamp_ns) if len(self._track) else None
         return None if R_start_imu is None else R_start_imu @ self._R_imu_sensor
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans of a bag from planar scanners: one, or several merged in the frame of the base."""
+"""Scans from the planar scanners of a bag; several are merged in the frame of the base."""
 
 from __future__ import annotations
 
@@ -43,45 +43,45 @@ def open_bag(
     scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
     """
-    Open the scans of a bag: those of ``topics``, else its cloud, else all its planar scanners.
+    Open the scans of a bag: those on ``topics``, else its cloud, else all its planar scanners.
 
-    One of ``topics`` may be its odometry.
+    One of ``topics`` may be the odometry.
 
     Raises
     ------
     BagFormatError
-        If the bag is damaged, or holds no such topic or several to choose from.
+        If the bag is damaged, lacks the topic, or has several candidates.
     """
     with BagReader(path) as bag:
         types = bag.topics
-    topics, odometry_topic = _apart(topics, odometry_topic, types, path)
+    topics, odometry_topic = _split_topics(topics, odometry_topic, types, path)
     lasers = [topic for topic, msgtype in types.items() if msgtype in LASER_SCANS]
     if topics and all(topic in lasers for topic in topics):
         return BagLasers(path, topics, odometry_topic, truth_topic)
     if len(topics) > 1:
         raise BagFormatError(
-            f'bag {path}: cannot merge {", ".join(topics)}; name one PointCloud2 topic, or planar '
-            f'scans only, of which it holds {", ".join(sorted(lasers)) or "none"}'
+            f'bag {path}: cannot merge {", ".join(topics)}; name one PointCloud2 topic, or only '
+            f'topics with planar scans; the bag has {", ".join(sorted(lasers)) or "none"}'
         )
     if lasers and not topics and not usable_clouds(types):
         return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
     topic = topics[0] if topics else None
     scans = BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
-    if lasers and not topics:  # the cloud may be that of a camera
-        said = '%s: scans are those on %s; name %s to take that instead (--topic)'
-        _log.warning(said, path, scans.cloud_topic, ' or '.join(sorted(lasers)))
+    if lasers and not topics:  # the cloud may come from a camera
+        text = '%s: using the scans on %s; to use %s instead, pass --topic'
+        _log.warning(text, path, scans.cloud_topic, ' or '.join(sorted(lasers)))
     return scans
 
 
-def _apart(
+def _split_topics(
     topics: Sequence[str], odometry_topic: str | None, types: dict[str, str], path: Path
 ) -> tuple[list[str], str | None]:
-    """Return topics of scans and that of the odometry, which may be named among them."""
+    """Split ``topics`` into the scan topics and the odometry topic, which may be among them."""
     odometry = [topic for topic in topics if types.get(topic) == ODOMETRY]
     if odometry and (odometry_topic is not None or len(odometry) > 1):
         raise BagFormatError(
-            f'bag {path}: cannot take {", ".join(odometry)} as odometry; name one topic of '
-            'odometry, and none where it is left unread (--odometry kiss, --poses)'
+            f'bag {path}: cannot use {", ".join(odometry)} as odometry; name one odometry topic, '
+            'and none with --odometry kiss or --poses'
         )
     scans = [topic for topic in topics if topic not in odometry]
     return scans, odometry[0] if odometry else odometry_topic
@@ -91,10 +91,10 @@ class BagLasers:
     """
     Sweeps of the planar scanners of a bag.
 
-    Points are in the frame of the robot's base: the child of the odometry, else the root of
-    ``/tf_static`` above the scanners, else the scanner itself. A scan's stamp is that of its last
-    return, as a LaserScan's own is that of its first ray. With odometry in the bag, points come
-    without the motion during the sweep.
+    Points are in the frame of the robot's base: the child frame of the odometry, else the root of
+    ``/tf_static`` above the scanners, else the scanner's own frame. A scan's stamp is the time of
+    its last return, whereas a LaserScan is stamped at its first ray. With odometry in the bag,
+    the points are deskewed.
     """
 
     kind: Literal['bag'] = 'bag'
@@ -115,7 +115,7 @@ class BagLasers:
             self._truth = read_track(bag, truth_topic, path)
             self._count = max(bag.count(topic) for topic in topics)
             frames = {topic: first_frame(bag, topic, path) for topic in topics}
-            self._places = self._places_of(_one_each(frames, path), static)
+            self._places = self._places_of(_one_topic_each(frames, path), static)
             self._gyro: BagGyro | None = None
             if self._odometry is None:
                 base = static.root(next(iter(frames.values())))
@@ -123,11 +123,11 @@ class BagLasers:
 
     @property
     def has_poses(self) -> bool:
-        """Whether the bag brings odometry."""
+        """Whether the bag has odometry."""
         return self._odometry is not None
 
     def __len__(self) -> int:
-        """Count the sweeps of the scanner that has most."""
+        """Return the number of sweeps of the scanner with the most."""
         return self._count
 
     def __iter__(self) -> Iterator[Scan]:
@@ -167,8 +167,8 @@ class BagLasers:
         T_odom_last = self._odometry.at(sweep.stamp_ns)
         if T_odom_first is None or T_odom_last is None:
             return None
-        still = sweep.without_motion(np.linalg.inv(T_odom_first) @ T_odom_last)
-        return Scan(sweep.stamp_ns, still.points, None, T_odom_last, truth, still.viewpoints)
+        deskewed = sweep.without_motion(np.linalg.inv(T_odom_first) @ T_odom_last)
+        return Scan(sweep.stamp_ns, deskewed.points, None, T_odom_last, truth, deskewed.viewpoints)
 
     def _places_of(
         self, frames: dict[str, str], static: FrameTree
@@ -182,20 +182,20 @@ class BagLasers:
                 places[topic] = static.mount(base, frame)
             except OdometryError as error:
                 raise OdometryError(
-                    f'bag {self._path}, {topic}: {error}; record /tf_static as well, or choose '
-                    'one scanner (--topic) and give its poses (--poses)'
+                    f'bag {self._path}, {topic}: {error}; record /tf_static too, or choose one '
+                    'scanner (--topic) and pass its poses (--poses)'
                 ) from None
         return places
 
 
-def _one_each(frames: dict[str, str], path: Path) -> dict[str, str]:
-    """Return the frames by topic; two topics of one scanner are its scans twice."""
+def _one_topic_each(frames: dict[str, str], path: Path) -> dict[str, str]:
+    """Return the frames by topic; refuse two topics of the same scanner."""
     topic_of: dict[str, str] = {}
     for topic, frame in frames.items():
         if frame in topic_of:
             raise BagFormatError(
-                f'bag {path}: {topic_of[frame]} and {topic} are both of scanner {frame!r}; choose '
-                'one (--topic)'
+                f'bag {path}: {topic_of[frame]} and {topic} are from the same scanner {frame!r}; '
+                'choose one (--topic)'
             )
         topic_of[frame] = topic
     return frames

@@ -45,7 +45,7 @@ _log = logging.getLogger(__name__)
 
 
 class BagScans:
-    """Clouds of a bag; poses and transforms are read on construction."""
+    """Clouds of a bag; the constructor reads poses and transforms."""
 
     kind: Literal['bag'] = 'bag'
 
@@ -74,19 +74,19 @@ class BagScans:
 
     @property
     def has_poses(self) -> bool:
-        """Whether the bag brings odometry."""
+        """Whether the bag has odometry."""
         return self._odometry is not None
 
     def __len__(self) -> int:
-        """Count the clouds; those outside the time of the odometry are not yielded."""
+        """Return the number of clouds; those without an odometry pose are not yielded."""
         return self._count
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode and yield the clouds."""
         tally = Tally(self._path, self.odometry_topic, self._odometry)
-        # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
-        say = in_silence if is_registered(self.cloud_topic) else _log.warning
-        stamps = SweepStamps(self._scan_stamp, say)
+        # KISS-ICP publishes deskewed clouds without times, stamped like their poses.
+        log = in_silence if is_registered(self.cloud_topic) else _log.warning
+        stamps = SweepStamps(self._scan_stamp, log)
         with BagReader(self._path) as bag:
             for index, (_, recorded_ns, cloud) in enumerate(bag.messages([self.cloud_topic])):
                 arrays = self._decode(cloud, index)
@@ -97,7 +97,7 @@ class BagScans:
         tally.tell()
 
     def _placed(self, scan: Scan, frame: str) -> Scan | None:
-        """Return a scan where the odometry says it was, None where it does not say."""
+        """Return a scan with its odometry pose, or None if the odometry has none."""
         if self._odometry is None:
             T_base_sensor = self._static.mount(self._static.body(frame), frame)
             R_gyro_sensor = None if self._gyro is None else self._gyro.at(scan.stamp_ns)
@@ -121,23 +121,23 @@ class BagScans:
             ) from None
 
     def _mounting(self, sensor_frame: str) -> NDArray[np.float64]:
-        """Return where the sensor sits in the frame whose odometry the bag brings."""
-        assert self._odometry is not None  # the caller has looked
+        """Return the sensor's mount ``T_child_sensor (4, 4)`` in the odometry's child frame."""
+        assert self._odometry is not None  # the caller has checked
         try:
             return self._static.mount(self._odometry.child_frame, sensor_frame)
         except OdometryError as error:
             raise OdometryError(
-                f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
-                'give the poses of the sensor (--poses), or choose KISS-ICP (--odometry kiss)'
+                f'{self._path}, {self.odometry_topic}: {error}; record /tf_static too, '
+                'pass the poses of the sensor (--poses), or choose KISS-ICP (--odometry kiss)'
             ) from None
 
 
 class Tally:
     """
-    Counts a bag's scans that can be used and others, and says in the end what was left out.
+    Counts the usable and the skipped scans of a bag, and reports the skipped ones at the end.
 
-    One that is stamped before the scan that came last, where odometry's own clock goes on, would
-    be put where the robot was then: the lidar's clock went back, or there are two drivers.
+    A scan stamped before its predecessor is skipped, unless the odometry's clock jumped back too:
+    it would get an old pose. The lidar's clock jumped back, or two drivers publish.
     """
 
     def __init__(self, path: Path, topic: str | None, odometry: PoseTrack | None) -> None:
@@ -146,7 +146,7 @@ class Tally:
         self._used = self._unplaced = self._past = self._last_ns = 0
 
     def usable(self, scan: Scan | None) -> Iterator[Scan]:
-        """Yield a scan, None where the odometry does not place it, if it can be used."""
+        """Yield a scan if it can be used; None stands for a scan without an odometry pose."""
         if scan is None:
             self._unplaced += 1
         elif self._goes_on and scan.stamp_ns <= self._last_ns:
@@ -157,32 +157,32 @@ class Tally:
 
     def tell(self) -> None:
         """
-        Say how many scans were left out, and why.
+        Log how many scans were skipped, and why.
 
         Raises
         ------
         OdometryError
-            If the odometry places none.
+            If no scan has an odometry pose.
         """
         apart_s = MAX_GAP_NS / NS_PER_S
         why = (
-            f'outside the time of {self._topic}, or between poses more than {apart_s} s apart or '
-            'half a turn'
+            f'outside the time of {self._topic}, or between poses more than {apart_s} s or half '
+            'a turn apart'
         )
         if self._unplaced and not self._used:
             raise OdometryError(
-                f'bag {self._path}: all {self._unplaced} scans lie {why}; record it more often, '
-                'from one publisher and by the clock of the scans, or choose KISS-ICP (--odometry '
-                'kiss)'
+                f'bag {self._path}: all {self._unplaced} scans lie {why}; record odometry more '
+                'often, from one publisher and on the clock of the scans, or choose KISS-ICP '
+                '(--odometry kiss)'
             )
         total = self._used + self._unplaced + self._past
         if self._unplaced:
-            said = '%s: %d of %d scans lie %s, and were left out'
-            _log.warning(said, self._path, self._unplaced, total, why)
+            text = '%s: skipped %d of %d scans, which lie %s'
+            _log.warning(text, self._path, self._unplaced, total, why)
         if self._past:
             _log.warning(
-                '%s: %d of %d scans are stamped before the one that came last, and were left out: '
-                "do two drivers share the topic, or was the lidar's clock set meanwhile? Then "
+                '%s: skipped %d of %d scans, which are stamped before their predecessor: do two '
+                "drivers share the topic, or was the lidar's clock set during the recording? "
                 'KISS-ICP needs no other clock (--odometry kiss)',
                 self._path,
                 self._past,
@@ -191,10 +191,10 @@ class Tally:
 
 
 def usable_clouds(topics: dict[str, str]) -> list[str]:
-    """Return the topics, of all with their types, that carry clouds fit for the localizer."""
+    """Return the topics with clouds that the localizer can use; ``topics`` maps to types."""
     clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
-    # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it will do on its own; its
-    # keypoints and local map are no scans.
+    # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it can replace it. Its
+    # keypoints and local map are not scans.
     raw = [topic for topic in clouds if not is_registered(topic)]
     return raw or [topic for topic in clouds if topic.endswith(KISS_FRAME)]
 
@@ -207,7 +207,7 @@ def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str
 
 
 def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
-    """Return the topic of the odometry that is meant, None where there is none."""
+    """Return the odometry topic to use, or None if there is none."""
     odometry = [topic for topic, msgtype in topics.items() if msgtype == ODOMETRY]
     if wanted == '':
         return None
@@ -239,12 +239,12 @@ def _the_only(candidates: list[str], kind: str, topics: dict[str, str], path: Pa
             'choose one (--topic)'
         )
     raise BagFormatError(
-        f'bag {path} has no {kind} topic; it holds {", ".join(sorted(topics)) or "nothing"}'
+        f'bag {path} has no {kind} topic; it has {", ".join(sorted(topics)) or "nothing"}'
     )
 
 
 def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | None:
-    """Return the poses on ``topic``; None for no topic, or if it carries no message."""
+    """Return the poses on ``topic``; None without a topic or without messages on it."""
     if topic is None:
         return None
     msgtype = bag.topics.get(topic)
@@ -258,7 +258,7 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
         if msgtype == ODOMETRY:
             pose, track.child_frame = message.pose.pose, message.child_frame_id
         stamp_ns = stamp_to_ns(message.header.stamp) or recorded_ns
-        with _naming(path, topic):
+        with _as_bag_errors(path, topic):
             track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
     return track if len(track) else None
 
@@ -266,7 +266,7 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
 def read_odometry(
     bag: BagReader, topic: str | None, path: Path, static: FrameTree, scan_topic: str
 ) -> PoseTrack | None:
-    """Return the poses on ``topic``; in TF those of what the sensor is fixed to."""
+    """Return the poses on ``topic``; from TF, those of the topmost frame fixed to the sensor."""
     if topic is None or bag.topics.get(topic) != TRANSFORMS:
         return read_track(bag, topic, path)
     body = static.body(first_frame(bag, scan_topic, path))
@@ -279,15 +279,15 @@ def read_odometry(
 def _transforms(
     bag: BagReader, path: Path, topics: list[str], child: str = ''
 ) -> Iterator[StampedTransform]:
-    """Yield the transforms on topics: all, or those of one child frame."""
+    """Yield all transforms on topics, or only those of one child frame."""
     for topic, _, message in bag.messages(topics):
-        with _naming(path, topic):
+        with _as_bag_errors(path, topic):
             yield from transforms_of(message, child)
 
 
 @contextmanager
-def _naming(path: Path, topic: str) -> Iterator[None]:
-    """Have what is wrong with a pose said with the place where it stands."""
+def _as_bag_errors(path: Path, topic: str) -> Iterator[None]:
+    """Turn a ValueError into a BagFormatError that names the bag and the topic."""
     try:
         yield
     except ValueError as error:
@@ -296,25 +296,25 @@ def _naming(path: Path, topic: str) -> Iterator[None]:
 
 def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> FrameTree:
     """
-    Return what ``/tf_static`` holds, nothing where there is none.
+    Return the transforms on ``/tf_static``; an empty tree if there are none.
 
-    Of several robots each may have its own, in the namespace of ``scan_topic``. Before there was
-    such a topic, robots of ROS 1 said again and again on ``/tf`` what never moves.
+    With several robots, the topic in the namespace of ``scan_topic`` is used. Old ROS 1 robots had
+    no ``/tf_static`` and repeated fixed transforms on ``/tf``; these are included.
     """
     tree = FrameTree()
     if bag.is_of_ros_1:
-        for (parent, child), places in _said_of_frames(bag, path, TF_TOPIC, scan_topic).items():
+        for (parent, child), places in _edge_samples(bag, path, TF_TOPIC, scan_topic).items():
             if len(places) > 1 and all(np.allclose(place, places[0]) for place in places):
                 tree.add_fixed(parent, child, places[0])
-    for (parent, child), places in _said_of_frames(bag, path, TF_STATIC_TOPIC, scan_topic).items():
+    for (parent, child), places in _edge_samples(bag, path, TF_STATIC_TOPIC, scan_topic).items():
         tree.add_fixed(parent, child, places[-1])
     return tree
 
 
-def _said_of_frames(
+def _edge_samples(
     bag: BagReader, path: Path, name: str, scan_topic: str
 ) -> dict[tuple[str, str], list[NDArray[np.float64]]]:
-    """Return all ``T_parent_child`` of a robot's topic of transforms, by parent and child."""
+    """Return all ``T_parent_child`` on a robot's transform topics, by parent and child."""
     of_robot = [
         topic
         for topic, msgtype in bag.topics.items()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""ROS 2 bags (sqlite3 or mcap), written without ROS through rosbags."""
+"""Writer for ROS 2 bags (sqlite3 or mcap); uses rosbags and needs no ROS."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ from fpnet_core.types import GridMap
 
 Storage = Literal['sqlite3', 'mcap']
 
-_BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
+_BAG_VERSION: Literal[9] = 9  # given: the version that ROS 2 Jazzy writes
 _NO_LIMIT = QosTime(0, 0)  # given
 _MSG = TYPESTORE.types
 _NOT_MEASURED = -1.0  # given: sensor_msgs/Imu
-# Given: where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
+# Given: indices of x, y and yaw in ROS's order x, y, z, roll, pitch, yaw.
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 
 
@@ -68,12 +68,12 @@ def _qos(depth: int, durability: QosDurability) -> Qos:
 # Chosen, not measured:
 _STREAM_QOS = _qos(10, QosDurability.VOLATILE)
 _LATCHED_QOS = _qos(1, QosDurability.TRANSIENT_LOCAL)
-_STATIC_QOS = _qos(100, QosDurability.TRANSIENT_LOCAL)  # every mount is a message of its own
+_STATIC_QOS = _qos(100, QosDurability.TRANSIENT_LOCAL)  # one message for each transform
 
 
 class BagWriter:
     """
-    Write a recording; a context manager.
+    Context manager that writes a recording.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ class BagWriter:
     storage
         ``sqlite3`` or ``mcap``.
 
-    Stamps are integer nanoseconds and become both the header's stamp and the time of recording;
-    ``T_...`` are rigid (4, 4) transforms.
+    Stamps are integer nanoseconds, used for both the header and the time of recording. ``T_...``
+    are rigid (4, 4) transforms.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class BagWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the bag; after an error it is closed as well, so that what is there reads."""
+        """Close the bag, also after an error, so that the messages written so far are readable."""
         self._writer.close()
 
     def write_cloud(
@@ -127,7 +127,7 @@ class BagWriter:
         """
         Write a PointCloud2 of ``points (P, 3)`` [m]; see pointcloud2.encode_points.
 
-        It is recorded at ``heard_ns``, None: at its stamp.
+        ``heard_ns`` is its time of recording; None uses the stamp.
         """
         fields, point_step, data = encode_points(points, intensity, ring, time_s)
         width = len(data) // point_step
@@ -149,7 +149,7 @@ class BagWriter:
         self._write(topic, POINT_CLOUD, at_ns, message)
 
     def write_imu(self, topic: str, stamp_ns: int, frame_id: str, rate: ArrayLike) -> None:
-        """Write an Imu with an angular rate ``(3,)`` [rad/s] alone."""
+        """Write an Imu message with only an angular rate ``(3,)`` [rad/s]."""
         vector = _MSG['geometry_msgs/msg/Vector3']
         unknown = np.array([_NOT_MEASURED, *[0.0] * 8])
         message = _MSG[IMU](
@@ -166,7 +166,7 @@ class BagWriter:
     def write_laser_scan(
         self, topic: str, stamp_ns: int, frame_id: str, readings: LaserScanLike
     ) -> None:
-        """Write a LaserScan; the stamp is the instant of its first ray."""
+        """Write a LaserScan; the stamp is the time of its first ray."""
         ranges = np.asarray(readings.ranges, dtype=np.float32)
         turned = readings.angle_increment * max(len(ranges) - 1, 0)
         message = _MSG[LASER_SCAN](
@@ -245,7 +245,7 @@ class BagWriter:
         T_frame_child: NDArray[np.float64],
         is_latched: bool | None = None,
     ) -> None:
-        """Write a TFMessage of one transform; ``is_latched`` None: where it is a static one."""
+        """Write a TFMessage with one transform; ``is_latched`` None latches ``/tf_static``."""
         pose = _pose(T_frame_child)
         translation = _vector3(pose.position.x, pose.position.y, pose.position.z)
         stamped = _MSG['geometry_msgs/msg/TransformStamped'](
@@ -259,7 +259,7 @@ class BagWriter:
         self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:
-        """Write a Float64, which viewers plot over time."""
+        """Write a Float64, which viewers can plot over time."""
         self._write(topic, NUMBER, stamp_ns, _MSG[NUMBER](float(value)))
 
     def write_text(self, topic: str, stamp_ns: int, text: str) -> None:

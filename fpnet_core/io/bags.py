@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bags of ROS 2 (sqlite3 or mcap) and of ROS 1, read without ROS through rosbags."""
+"""Reader for bags of ROS 2 (sqlite3 or mcap) and ROS 1; uses rosbags and needs no ROS."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from fpnet_core.plain_yaml import parse_yaml
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
-_RENAMED = {'tf/msg/tfMessage': TRANSFORMS}  # given: what ROS 1 called it before tf2
+_RENAMED = {'tf/msg/tfMessage': TRANSFORMS}  # given: the name in ROS 1 before tf2
 
 
 class BagReader:
     """
-    Read a recording: a bag's folder, its ``.db3`` or ``.mcap`` file, or ROS 1's ``.bag``.
+    Context manager that reads a bag: a folder, a ``.db3`` or ``.mcap`` file, or a ROS 1 ``.bag``.
 
-    A context manager. Messages of ROS 1 look as those of ROS 2.
+    ROS 1 messages are returned with the types and attributes of ROS 2.
 
     Raises
     ------
@@ -59,12 +59,12 @@ class BagReader:
         """Close the bag."""
         reader, self._reader = self._reader, None
         if reader is not None:
-            with suppress(Exception):  # closing a corrupt file may fail; there is nothing to lose
+            with suppress(Exception):  # closing a corrupt file may fail, which is harmless
                 reader.close()
 
     @property
     def is_of_ros_1(self) -> bool:
-        """Whether the bag is a file of ROS 1, which has no ``/tf_static`` if it is old."""
+        """Whether the bag is a ROS 1 file; old ones have no ``/tf_static``."""
         return self._is_of_ros_1
 
     @property
@@ -77,7 +77,7 @@ class BagReader:
         return sum(c.msgcount for c in self._open_reader().connections if c.topic == topic)
 
     def offers(self, topic: str) -> list[tuple[bool, bool]]:
-        """Return of each recorded publisher whether it was reliable, and transient local."""
+        """Return (is reliable, is transient local) for each recorded publisher of a topic."""
         return [
             (
                 qos.reliability is not QosReliability.BEST_EFFORT,
@@ -91,9 +91,9 @@ class BagReader:
 
     def is_latched(self, topic: str) -> bool:
         """
-        Tell whether late subscribers got the last messages of a topic.
+        Return whether a topic was latched (transient local), as recorded.
 
-        As recorded; ``/tf_static`` is latched by definition, whatever its recorder noted.
+        ``/tf_static`` is always latched, whatever QoS was recorded.
         """
         of_ros_1 = (
             getattr(connection.ext, 'latching', False)
@@ -107,13 +107,13 @@ class BagReader:
         """
         Yield topic, time of recording [ns] and message, in the order of recording.
 
-        Messages have the attributes of their ROS definition; numeric sequences are arrays.
+        Messages have the attributes of their ROS definition; numeric sequences are NumPy arrays.
         """
         for connection, stamp_ns, data in self._stream(topics):
             yield connection.topic, stamp_ns, self._decoded(connection, data)
 
     def raw_messages(self, topics: Sequence[str] = ()) -> Iterator[tuple[str, str, int, bytes]]:
-        """Yield topic, type, time of recording [ns] and CDR bytes; no topics takes all."""
+        """Yield topic, type, time of recording [ns] and CDR bytes; without topics, of all."""
         for connection, stamp_ns, data in self._stream(topics):
             msgtype = _type_of(connection)
             cdr = data
@@ -149,10 +149,10 @@ class BagReader:
         return self._reader
 
     def _corrupt(self, error: Exception) -> BagFormatError:
-        # Every storage plugin and decoder raises its own kinds on damaged bytes (sqlite3, struct,
-        # zstd, YAML, assertions): a caller needs one.
-        said = said_of_system(error) if isinstance(error, OSError) else str(error)
-        detail = said.splitlines()[0] if said else type(error).__name__
+        # Each storage plugin and decoder raises its own types on damaged bytes (sqlite3, struct,
+        # zstd, YAML, assertions); callers get a single type.
+        text = said_of_system(error) if isinstance(error, OSError) else str(error)
+        detail = text.splitlines()[0] if text else type(error).__name__
         repair = 'rosbag reindex' if self.is_of_ros_1 else 'ros2 bag reindex'
         return BagFormatError(
             f'cannot read bag {self._path}: {detail}; record it again or repair it ({repair})'
@@ -171,25 +171,25 @@ def _ros_1_types() -> Typestore:
 
 
 def _check_metadata(path: Path) -> None:
-    """Refuse aliases before rosbags reads the metadata: it expands nested ones without limit."""
+    """Refuse YAML aliases before rosbags reads the metadata: it expands them without limit."""
     metadata = path / 'metadata.yaml'
     if metadata.is_file() and '*' in (text := metadata.read_text(encoding='utf-8')):
         parse_yaml(text)
 
 
 def _storage_path(path: Path) -> Path:
-    """Return what rosbags shall open: a folder without metadata may hold one storage file."""
+    """Return the path for rosbags: of a folder without metadata, its only storage file."""
     if not path.exists():
         raise BagFormatError(f'bag {path} does not exist')
     if path.is_file() and path.suffix.lower() not in BAG_SUFFIXES:
         raise BagFormatError(
-            f'{path} is no bag: expected a folder, or a file as {", ".join(BAG_SUFFIXES)}'
+            f'{path} is not a bag: expected a folder or a file ({", ".join(BAG_SUFFIXES)})'
         )
     if path.is_dir() and not (path / 'metadata.yaml').exists():
         files = sorted(each for each in path.iterdir() if each.suffix.lower() in BAG_SUFFIXES)
         if len(files) != 1:
             raise BagFormatError(
-                f'{path} is no bag: no metadata.yaml and {len(files)} storage files; '
+                f'{path} is not a bag: no metadata.yaml and {len(files)} storage files; '
                 'repair it (ros2 bag reindex)'
             )
         return files[0]
@@ -203,8 +203,8 @@ def first_frame(bag: BagReader, topic: str, path: Path) -> str:
     Raises
     ------
     BagFormatError
-        If it carries none.
+        If there is no message.
     """
     for _, _, message in bag.messages([topic]):
         return plain_frame(message.header.frame_id)
-    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
+    raise BagFormatError(f'bag {path}: {topic} has no messages; choose another topic')

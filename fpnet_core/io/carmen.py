@@ -4,8 +4,8 @@
 CARMEN laser logs: planar scans with poses, as in the Radish repository.
 
 ``FLASER n r_1 .. r_n x y theta odom_x odom_y odom_theta ipc_time host logger_time`` is the
-front laser; the first pose is the one a SLAM corrected. ``ROBOTLASER1`` is its successor with
-explicit angles.
+front laser; in corrected logs the first pose is from SLAM. ``ROBOTLASER1`` is its successor
+with explicit angles.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from fpnet_core.plain_files import regular
 from fpnet_core.stamps import NS_PER_S
 
 NOMINAL_PERIOD_NS = NS_PER_S
-"""Time between scans where the log's clock is useless: several logs print 10 digits too few."""
+"""Time between scans if the log's clock is unusable: several logs print 10 digits too few."""
 
 MAX_LOG_BYTES = 10**9
-"""Numerical: of text, unpacked: two days of a planar scanner. More is refused."""
+"""Numerical: largest unpacked log that is read: two days of a planar scanner."""
 
 _LONGEST_LINE = 10**6  # numerical: bytes
-_FIELD_OF_VIEW_RAD = np.pi  # of the SICK lasers behind FLASER
+_FIELD_OF_VIEW_RAD = np.pi  # of the SICK lasers in FLASER messages
 # Physical: lasers report 32.8, 50, 51.1 or 81.9 m for no echo; no room is that long.
 _NO_RETURN_M = 30.0
 _MIN_RANGE_M = 0.05  # chosen
 _MAX_READINGS = 10_000  # numerical
-_RUNNING = 0.5  # chosen: of the steps grow, or the clock stands still
-_MIN_STEP_NS = 1_000_000  # numerical: puts right the few stamps that go backwards in a good log
+_RUNNING = 0.5  # chosen: share of increasing stamps below which the clock counts as stopped
+_MIN_STEP_NS = 1_000_000  # numerical: replaces the few backward steps of the stamps in a good log
 
 
 class _Laser(NamedTuple):
@@ -51,7 +51,7 @@ class _Laser(NamedTuple):
 
 
 class CarmenScans:
-    """Scans of a CARMEN log; parsed on construction."""
+    """Scans of a CARMEN log, which the constructor parses."""
 
     kind: Literal['carmen'] = 'carmen'
     has_poses = True
@@ -61,11 +61,11 @@ class CarmenScans:
         self._stamps_ns = _increasing_stamps([laser.time_s for laser in self._lasers])
 
     def __len__(self) -> int:
-        """Count the scans."""
+        """Return the number of scans."""
         return len(self._lasers)
 
     def __iter__(self) -> Iterator[Scan]:
-        """Yield the scans; readings without an echo are left out."""
+        """Yield the scans without the readings that had no echo."""
         for stamp_ns, laser in zip(self._stamps_ns, self._lasers, strict=True):
             echo = (laser.ranges_m > _MIN_RANGE_M) & (laser.ranges_m < _NO_RETURN_M)
             ranges, angles = laser.ranges_m[echo], laser.angles_rad[echo]
@@ -88,15 +88,15 @@ def _read_log(path: Path) -> list[_Laser]:
                     f'{path}, line {number}: malformed {words[0]} message; expected the CARMEN '
                     'log format'
                 ) from None
-    # A log that carries both has the same laser twice.
+    # If a log has both, they are the same laser.
     lasers = found['FLASER'] or found['ROBOTLASER1']
     if not lasers:
-        raise CloudFormatError(f'{path} holds no FLASER or ROBOTLASER1 message: no laser scans')
+        raise CloudFormatError(f'{path} has no laser scans (FLASER or ROBOTLASER1 messages)')
     return lasers
 
 
 def _lines(path: Path) -> Iterator[str]:
-    """Yield the lines of a log one by one: a few megabytes may unpack to gigabytes."""
+    """Yield the lines of a log one by one, as a few megabytes may unpack to gigabytes."""
     left = MAX_LOG_BYTES
     try:
         regular(path)
@@ -124,12 +124,12 @@ def _parse_robotlaser(words: list[str]) -> _Laser:
     start, resolution = _finite(words[1]), _finite(words[3])
     ranges, rest = _take_array(words[7:])
     _, rest = _take_array(rest, minimum=0)
-    # laser pose, robot pose, five values of the base, then the time
+    # Laser pose, robot pose, five values of the base, then the time.
     return _laser(_finite(rest[11]), ranges, start, resolution, rest[0:3])
 
 
 def _take_array(words: list[str], minimum: int = 2) -> tuple[NDArray[np.float64], list[str]]:
-    """Split ``n v_1 .. v_n rest``; NaN readings are no echoes."""
+    """Split ``n v_1 .. v_n rest`` into values and rest; NaN means no echo."""
     count = int(words[0])
     if not minimum <= count <= _MAX_READINGS or len(words) <= count:
         raise ValueError
@@ -153,7 +153,7 @@ def _finite(word: str) -> float:
 
 
 def _increasing_stamps(times_s: list[float]) -> list[int]:
-    """Return strictly increasing stamps [ns]; a clock that mostly stands still is replaced."""
+    """Return strictly increasing stamps [ns]; a mostly stopped clock is replaced."""
     times = np.array(times_s)
     if len(times) > 1 and np.mean(np.diff(times) > 0.0) < _RUNNING:
         return [index * NOMINAL_PERIOD_NS for index in range(len(times))]

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Point files: PLY, PCD, LAS, NPY, XYZ, and through libraries PTS, XYZN, XYZRGB, E57 and LAZ.
+Point cloud files: PLY, PCD, LAS, NPY, XYZ; through libraries PTS, XYZN, XYZRGB, E57 and LAZ.
 
-Common formats are read with NumPy: Open3D's readers answer a damaged file with a printed warning
-and an empty cloud. They are used for compressed PCD and for rarer text formats only.
+Common formats are read with NumPy, because Open3D's readers only print a warning and return an
+empty cloud for a damaged file. Open3D reads compressed PCD and the rarer text formats.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ _PLY_TYPES = {
 _PLY_ORDERS = {'ascii': '', 'binary_little_endian': '<', 'binary_big_endian': '>'}
 _PCD_KINDS = {'I': 'i', 'U': 'u', 'F': 'f'}
 _MAX_HEADER_LINES = 200  # numerical
-_MOST_PACKED = 100  # numerical: times; LZF makes up to 264 bytes out of 3
+_MOST_PACKED = 100  # numerical: largest ratio of compression; LZF packs up to 264 bytes in 3
 
 
 def read_cloud(path: Path | str) -> NDArray[np.float64]:
     """
-    Return the points ``(P, 3)`` [m] of a point file; :data:`CLOUD_SUFFIXES` names the formats.
+    Return the points ``(P, 3)`` [m] of a point file; :data:`CLOUD_SUFFIXES` lists the formats.
 
-    Further columns are ignored; points with NaN or infinity are dropped. All scans of an E57 file
-    are put together in the file's frame, which needs the package pye57; LAZ needs laspy.
+    Other columns are ignored; points with NaN or infinity are dropped. All scans of an E57 file
+    are merged in the file's frame. E57 needs the package pye57, LAZ needs laspy.
 
     Raises
     ------
     CloudFormatError
-        If the file is missing, of another kind, damaged, or holds no finite point.
+        If the file is missing, of unknown format, damaged, or has no finite point.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())
@@ -64,7 +64,7 @@ def read_cloud(path: Path | str) -> NDArray[np.float64]:
         raise CloudFormatError(f'{path} is damaged: {str(error).splitlines()[0]}') from None
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
-        raise CloudFormatError(f'{path} holds no finite point')
+        raise CloudFormatError(f'{path} has no finite points')
     return points
 
 
@@ -81,7 +81,7 @@ def _read_xyz(path: Path) -> NDArray[np.float64]:
 
 
 def _read_ply(path: Path) -> NDArray[np.float64]:
-    """Read the ``vertex`` element, which must come first, as everybody writes it."""
+    """Read the ``vertex`` element, which must come first, as all common writers put it."""
     with path.open('rb') as file:
         lines = _read_header(file, first='ply', last='end_header')
         order, count, fields = _parse_ply_header(lines)
@@ -92,7 +92,7 @@ def _read_ply(path: Path) -> NDArray[np.float64]:
 
 
 def _parse_ply_header(lines: list[str]) -> tuple[str, int, list[tuple[str, str]]]:
-    """Return byte order (empty: text), number of vertices, and their fields."""
+    """Return byte order (empty for text), number of vertices, and (name, type) of their fields."""
     order, count, element = None, None, ''
     fields: list[tuple[str, str]] = []
     for words in (line.split() for line in lines):
@@ -108,7 +108,7 @@ def _parse_ply_header(lines: list[str]) -> tuple[str, int, list[tuple[str, str]]
             case ['property', 'list', *_] if element == 'vertex':
                 raise ValueError('vertices with list properties are not supported')
     if order is None or count is None:
-        raise ValueError('the PLY header names no known format or no vertices')
+        raise ValueError('the PLY header has no known format or no vertices')
     return order, count, fields
 
 
@@ -131,28 +131,28 @@ def _read_pcd(path: Path) -> NDArray[np.float64]:
 
 
 def _check_compressed(file: BinaryIO, needed: int) -> None:
-    """Compare what the header describes with the two sizes before the data, and these with it."""
+    """Check the header's size, the two sizes before the data, and the file's size."""
     sizes = file.read(8)
     packed, unpacked = int.from_bytes(sizes[:4], 'little'), int.from_bytes(sizes[4:], 'little')
     left = os.fstat(file.fileno()).st_size - file.tell()
     if unpacked != needed or packed > left or unpacked > _MOST_PACKED * packed:
         raise ValueError(
-            f'points of {needed} bytes cannot be unpacked from {left} bytes that promise '
-            f'{unpacked} from {packed}'
+            f'the header describes {needed} bytes of points; {left} bytes are left, which state '
+            f'{unpacked} bytes packed in {packed}'
         )
 
 
 def _pcd_dtype(header: dict[str, list[str]]) -> np.dtype[Any]:
-    """Return the record of one point; every field is an array of its COUNT."""
+    """Return the dtype of one point; every field is an array of length COUNT."""
     names, sizes, kinds = header['FIELDS'], header['SIZE'], header['TYPE']
     counts = header.get('COUNT', ['1'] * len(names))
     if not len(names) == len(sizes) == len(kinds) == len(counts):
         raise ValueError('FIELDS, SIZE, TYPE and COUNT have different lengths')
     if min(map(int, counts)) < 1:
-        raise ValueError(f'COUNT holds {" ".join(counts)}; a field has at least one value')
+        raise ValueError(f'COUNT is {" ".join(counts)}; expected at least 1 for each field')
     fields: list[Any] = []
     for index, name in enumerate(names):
-        # Padding is written as fields called "_", several times over.
+        # PCD files may contain several padding fields, all named "_".
         unique = f'_{index}' if name == '_' else name
         kind = f'<{_PCD_KINDS[kinds[index]]}{int(sizes[index])}'
         fields.append((unique, kind, (int(counts[index]),)))
@@ -164,7 +164,7 @@ def _read_with_open3d(path: Path) -> NDArray[np.float64]:
         import open3d as o3d
     except ImportError:
         raise CloudFormatError(
-            f"{path}: this kind of file needs Open3D; run pip install 'fpnet_ros[clouds]', or "
+            f"{path}: this format needs Open3D; run pip install 'fpnet_ros[clouds]', or "
             'convert it to a binary .ply'
         ) from None
     if not path.is_file():
@@ -179,14 +179,14 @@ def _read_e57(path: Path) -> NDArray[np.float64]:
         import pye57
     except ImportError:
         raise CloudFormatError(
-            f'{path}: E57 needs a package more; run pip install pye57, or convert it to .ply'
+            f'{path}: E57 needs the package pye57; run pip install pye57, or convert it to .ply'
         ) from None
     if not path.is_file():
         raise FileNotFoundError(2, 'No such file')
     try:
         file = pye57.E57(str(path))
         scans = [file.read_scan(k, ignore_missing_fields=True) for k in range(file.scan_count)]
-    except Exception as error:  # the library's own kind is not exported
+    except Exception as error:  # the library does not export its own exception type
         raise ValueError(str(error) or type(error).__name__) from None
     points = [np.stack([scan[f'cartesian{a}'] for a in 'XYZ'], axis=1) for scan in scans]
     return np.concatenate(points).astype(np.float64)
@@ -217,7 +217,7 @@ def _read_records(file: BinaryIO, dtype: np.dtype[Any], count: int) -> NDArray[A
     if count < 0 or dtype.itemsize == 0:
         raise ValueError('the header describes no points')
     needed, left = count * dtype.itemsize, os.fstat(file.fileno()).st_size - file.tell()
-    if left < needed:  # checked first: a damaged count must not make us reserve that memory
+    if left < needed:  # checked first, so that a damaged count cannot allocate too much memory
         raise ValueError(f'truncated: {count} points need {needed} bytes, got {left}')
     return np.frombuffer(file.read(needed), dtype=dtype)
 
@@ -249,4 +249,4 @@ _READERS: dict[str, Callable[[Path], NDArray[np.float64]]] = {
 }
 
 CLOUD_SUFFIXES = tuple(_READERS)
-"""Of the point files that :func:`read_cloud` reads."""
+"""Suffixes of the point files that :func:`read_cloud` reads."""

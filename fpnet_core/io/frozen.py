@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Frozen values (trees of dataclasses) as a few plain arrays, and back.
+Conversion of frozen values (trees of dataclasses) to a few plain arrays, and back.
 
-Fields are found by their types, so that a new field is stored without a word here, and a file can
-name no class: only what the annotations of the asked-for type allow is ever built.
+Values are built from the type annotations of the requested class. New fields need no change here,
+and a file cannot name a class to be built.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 Value = TypeVar('Value')
 Arrays = dict[str, NDArray[Any]]
 
-_TREE = 'tree'  # name of the array with everything that is no array, as JSON
+_TREE = 'tree'  # name of the array that holds everything but arrays, as JSON
 
 
 def to_arrays(value: object) -> Arrays:
@@ -33,8 +33,8 @@ def to_arrays(value: object) -> Arrays:
     Raises
     ------
     TypeError
-        If it holds something other than dataclasses, enumerations, tuples, mappings with text
-        keys, arrays of plain elements, numbers, text, True, False and None.
+        If it contains anything but dataclasses, enumerations, tuples, mappings with text keys,
+        arrays of plain elements, numbers, text, True, False and None.
     """
     leaves: dict[str, list[NDArray[Any]]] = {}
     tree = json.dumps(_plain(value, leaves))
@@ -44,19 +44,19 @@ def to_arrays(value: object) -> Arrays:
 
 def from_arrays(kind: type[Value], arrays: Arrays) -> Value:
     """
-    Return the value of type ``kind`` that :func:`to_arrays` took apart.
+    Return the value of type ``kind`` that was converted by :func:`to_arrays`.
 
-    Fields that are absent, as in files of older versions, take their defaults.
+    Missing fields, as in files of older versions, get their defaults.
 
     Raises
     ------
     ValueError
-        If the arrays do not describe one.
+        If the arrays do not describe such a value.
     """
     try:
         return _Builder(arrays).build(kind, json.loads(str(arrays[_TREE])))  # type: ignore[no-any-return]
     except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
-        raise ValueError(f'describes no {kind.__name__}: {error!r}') from None
+        raise ValueError(f'does not describe a {kind.__name__}: {error!r}') from None
 
 
 def _plain(value: Any, leaves: dict[str, list[NDArray[Any]]]) -> Any:
@@ -94,21 +94,21 @@ def _hints(kind: type[Any]) -> dict[str, Any]:
 
 
 class _Builder:
-    """Builds values, taking arrays from the front of the stored ones."""
+    """Builds values; takes their arrays from the stored ones in order."""
 
     def __init__(self, arrays: Arrays) -> None:
         self._arrays = arrays
         self._used: dict[str, int] = {}
 
     def build(self, kind: Any, plain: Any) -> Any:
-        """Return the value of annotation ``kind``."""
+        """Return the value for annotation ``kind``."""
         if is_dataclass(kind):
             return self._build_fields(kind, plain)
         builder = self._BUILDERS.get(get_origin(kind))
         return kind(plain) if builder is None else builder(self, get_args(kind), plain)
 
     def _build_fields(self, kind: Any, plain: dict[str, Any]) -> Any:
-        """Build in the file's order, in which the arrays lie."""
+        """Build fields in the file's order, which is the order of the stored arrays."""
         hints = _hints(kind)
         return kind(**{name: self.build(hints[name], entry) for name, entry in plain.items()})
 
@@ -133,7 +133,7 @@ class _Builder:
         start = self._used.get(name, 0)
         count = int(np.prod(shape, dtype=object)) if shape else 1
         if count < 0 or start + count > len(self._arrays[name]):
-            raise ValueError(f'shape {shape} of {name} is more than is stored')
+            raise ValueError(f'shape {shape} of {name} exceeds the stored data')
         self._used[name] = start + count
         return self._arrays[name][start : start + count].reshape(shape)
 

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Reading a drawing, scan or robot map that comes as a bare image, without thresholds.
+Reader for drawings, scanned plans and robot maps that are bare images without thresholds.
 
-What the picture means is taken from its histogram and its border: white is free, one grey that
-surrounds the building (178 to 205 in drawings, 127, 153, 205 or 230 in robot maps) is unknown,
-darker is occupied. Where nothing is darker, walls are where the free space ends. Images and
-rasters here are as stored, row 0 at the top.
+The image is binarized by its histogram and border: white is free, a single grey around the
+building (178 to 205 in drawings; 127, 153, 205 or 230 in robot maps) is unknown, and darker
+pixels are occupied. If no pixel is darker, walls are the boundary of the free space. Images
+and rasters are as stored, row 0 at the top.
 """
 
 from __future__ import annotations
@@ -26,41 +26,41 @@ from fpnet_core.plain_files import regular
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 MAX_PIXELS = 100_000_000
-"""Numerical: larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
+"""Numerical: larger images are refused before decoding (500 m x 500 m at 0.05 m per pixel)."""
 
 Box = tuple[int, int, int, int]
 """Left, top, right and bottom [pixels]."""
 
 _LEAST_CROP_PX = 16  # numerical
-# Others run foreign programs or are no maps.
+# Pillow's other formats run external programs or are not used for maps.
 _FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF', 'WEBP', 'GIF')
 # Chosen, not measured:
-_WHITE_SHARE = 0.005  # the paper or free space fills at least this share of the image
-_WHITE_MARGIN = 25  # grey levels below white that still are white, if no other grey is near
-_NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level
+_WHITE_SHARE = 0.005  # paper or free space fills at least this share of the image
+_WHITE_MARGIN = 25  # grey levels below white that still count as white, unless grey is nearer
+_NOISE_SIGMAS = 4.0  # margin below the white level, in sigmas of the image scanner's noise
 _GREY_RANGE = (40, 250)  # levels that can mean unknown
 _GREY_TOLERANCE = 5  # grey levels; compression and resampling blur the unknown level
 _TENT = _GREY_TOLERANCE + 1.0 - np.abs(np.arange(-_GREY_TOLERANCE, _GREY_TOLERANCE + 1))
 _BELL = np.exp(-np.square(np.arange(-8.0, 9.0)) / 8.0)
 _BELL /= _BELL.sum()  # numerical: blurs a histogram by two levels
-_BORDER_SHARE = 0.3  # of the border's pixels have the unknown level
-_GREY_SHARE = 0.02  # of the image, for an unknown level that is not on the border
-_FILL_SHARE = 0.02  # of the image has a shade that fills walls or furniture
+_BORDER_SHARE = 0.3  # least share of the border's pixels that have the unknown level
+_GREY_SHARE = 0.02  # least share of the image, for an unknown level that is not on the border
+_FILL_SHARE = 0.02  # least share of the image for a shade that fills walls or furniture
 _FILL_TOLERANCE = 4  # grey levels around such a shade, for blurred edges
-_BLOB_SHARE = 0.5  # of a level's pixels survive an opening if they form areas, not lines
-_WALL_DEPTH_M = 0.4  # occupied deeper than this behind a surface says nothing: unknown
+_BLOB_SHARE = 0.5  # of a level's pixels survive a morphological opening if they are areas
+_WALL_DEPTH_M = 0.4  # occupied pixels deeper than this behind a surface become unknown
 
 
 def load_pixels(path: Path) -> NDArray[np.float32]:
     """
     Return an image file as ``(H, W, C) float32`` in [0, 1], as stored, C in 1, 2, 3, 4.
 
-    C of 2 and 4 have alpha last. Any orientation tag of a photograph is ignored.
+    If C is 2 or 4, alpha is last. The orientation tag of a photograph is ignored.
 
     Raises
     ------
     MapFormatError
-        If the file is missing, no image, damaged, empty or larger than ``MAX_PIXELS``.
+        If the file is missing, not an image, damaged, empty or larger than ``MAX_PIXELS``.
     """
     with opened_image(path) as image:
         return levels_of(image)
@@ -71,14 +71,14 @@ def opened_image(
     path: Path, check: Callable[[Image.Image, Path], None] | None = None
 ) -> Iterator[Image.Image]:
     """
-    Open an image whose pixels are not decoded yet, for the time of a ``with`` block.
+    Open an image without decoding its pixels; a context manager.
 
-    ``check`` refuses what is too large, :func:`check_size` if None.
+    ``check`` refuses images that are too large; None uses :func:`check_size`.
 
     Raises
     ------
     MapFormatError
-        As :func:`load_pixels`; for errors inside the block, too.
+        As :func:`load_pixels`; also for errors inside the block.
     """
     try:
         with warnings.catch_warnings():
@@ -92,10 +92,10 @@ def opened_image(
     except FileNotFoundError:
         raise MapFormatError(f'map image {path} does not exist') from None
     except Exception as error:
-        # Pillow's decoders raise many kinds on damaged bytes (OSError, SyntaxError, struct.error).
+        # Pillow's decoders raise many types on damaged bytes (OSError, SyntaxError, struct.error).
         detail = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise MapFormatError(
-            f'{path} is no readable image ({detail}); '
+            f'{path} is not a readable image ({detail}); '
             'expected PNG, JPEG, TIFF, WebP, GIF, BMP or PGM'
         ) from None
 
@@ -104,7 +104,7 @@ def _opened(path: Path) -> Image.Image:
     try:
         return Image.open(path, formats=_FORMATS)
     except Image.DecompressionBombError as error:
-        # Pillow refuses by the size alone. A JPEG can be decoded at a fraction of its size.
+        # Pillow refuses large images here, but a JPEG can be decoded at a fraction of its size.
         try:
             return JpegImageFile(path)
         except SyntaxError:
@@ -112,14 +112,14 @@ def _opened(path: Path) -> Image.Image:
 
 
 def check_size(image: Image.Image, path: Path) -> None:
-    """Raise MapFormatError where an image has more than ``MAX_PIXELS``."""
+    """Raise MapFormatError if an image has more than ``MAX_PIXELS``."""
     if image.width * image.height > MAX_PIXELS:
         size = f'{image.width} x {image.height} pixels'
         raise MapFormatError(too_large(path, size, MAX_PIXELS))
 
 
 def too_large(path: Path, size: str, most: int) -> str:
-    """Return what to say of an image of more than so many pixels."""
+    """Return the error message for an image with more than ``most`` pixels."""
     return (
         f'map image {path} is too large: expected at most {most // 1_000_000} million '
         f'pixels, got {size}; scale it down'
@@ -127,7 +127,7 @@ def too_large(path: Path, size: str, most: int) -> str:
 
 
 def check_crop(crop: Box, size: tuple[int, int], name: str) -> None:
-    """Raise MapFormatError where a part does not fit into an image of (width, height)."""
+    """Raise MapFormatError if a crop box does not fit into an image of (width, height)."""
     width, height = size
     left, top, right, bottom = crop
     is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
@@ -155,7 +155,7 @@ def levels_of(image: Image.Image) -> NDArray[np.float32]:
 
 
 def grey_levels(pixels: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return the brightness ``(H, W)`` of ``pixels (H, W, C)``; transparent counts as white."""
+    """Return the brightness ``(H, W)`` of ``pixels (H, W, C)`` on a white background."""
     channels = pixels.shape[2]
     colour = pixels[..., :3] if channels >= 3 else pixels[..., :1]
     weights = np.array([0.299, 0.587, 0.114] if channels >= 3 else [1.0], dtype=np.float32)
@@ -169,19 +169,19 @@ def grey_levels(pixels: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
     """
-    Return the cell values ``(H, W)`` that a bare picture means.
+    Return the cell values ``(H, W)`` of a bare image.
 
     Parameters
     ----------
     grey : (H, W)
         Brightness as stored.
     resolution_m
-        Nominal edge of a pixel; decides only what is deep inside a wall and what is an exit.
+        Nominal size of a pixel; only used for the depth of walls and the width of exits.
 
     Raises
     ------
     MapFormatError
-        If no level can be free space, or nothing but free space is there.
+        If no grey level can be free space.
     """
     from fpnet_core.io.outside import outside_as_unknown  # loads OpenCV
     from fpnet_core.raster.distance import cells_to_nearest
@@ -194,7 +194,7 @@ def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
         threshold = max(threshold, 0.5 * (white + unknown_level))
     free = grey >= threshold
     occupied = ~free if unknown_level is None else _ink(grey, histogram, unknown_level, threshold)
-    if not occupied.any():  # two tones and no walls: those are where free space ends
+    if not occupied.any():  # two tones without walls: walls are the boundary of free space
         occupied = ~free
     occupied &= resolution_m * cells_to_nearest(free) <= _WALL_DEPTH_M
     cells = np.select([free, occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
@@ -205,11 +205,11 @@ def _ink(
     grey: NDArray[np.uint8], histogram: NDArray[np.int64], unknown_level: float, threshold: float
 ) -> NDArray[np.bool_]:
     """
-    Return what is drawn on a picture that has a grey for unknown.
+    Return the mask of drawn pixels of an image with a grey level for unknown.
 
-    Darker than unknown is ink. Lighter shades are ink if they are a fill, that is one shade on
-    much of the picture, or the blurred edge of a line; else they are a robot map's half-sure
-    free space.
+    Pixels darker than unknown are ink. Lighter shades are ink if they are a fill, that is one
+    shade on much of the image, or the blurred edge of a line. Other shades are probably free
+    space in a robot map.
     """
     from fpnet_core.raster.morphology import grown
 
@@ -223,7 +223,7 @@ def _ink(
 
 
 def _white_level(histogram: NDArray[np.int64]) -> tuple[float, float]:
-    """Return the level of free space, the brightest peak that counts, and the noise above it."""
+    """Return the level of free space (the brightest large peak) and the noise above it."""
     smooth = np.convolve(histogram.astype(np.float64), _BELL, mode='same')
     enough = _WHITE_SHARE * histogram.sum()
     for level in range(255, 127, -1):
@@ -243,7 +243,7 @@ def _white_level(histogram: NDArray[np.int64]) -> tuple[float, float]:
 def _unknown_level(
     grey: NDArray[np.uint8], histogram: NDArray[np.int64], white: float
 ) -> float | None:
-    """Return the grey that stands for unknown or outside; None where there is none."""
+    """Return the grey level that means unknown or outside, or None if there is none."""
     from fpnet_core.raster.morphology import opened_by, square
 
     low, high = _GREY_RANGE[0], int(min(_GREY_RANGE[1], white - 2 * _GREY_TOLERANCE))
@@ -251,7 +251,7 @@ def _unknown_level(
     on_border = np.bincount(border, minlength=256)[low:high]
     near = np.convolve(on_border, np.ones(2 * _GREY_TOLERANCE + 1), mode='same')
     if near.max() >= _BORDER_SHARE * border.size:
-        # A tent peaks in the middle of a blurred level, where the box above is flat.
+        # The tent filter peaks in the middle of a blurred level, where the box filter is flat.
         return float(low + np.convolve(on_border, _TENT, mode='same').argmax())
     for level in low + np.argsort(histogram[low:high])[::-1][:3]:
         if histogram[level] < _GREY_SHARE * grey.size:

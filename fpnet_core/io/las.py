@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Points of LAS files (ASPRS, versions 1.0 to 1.4), and through laspy of LAZ, their packed form.
+Reader for LAS files (ASPRS, versions 1.0 to 1.4); compressed LAZ files are read by laspy.
 
-A LAS file is a header, any records, and points of one length each that begin with x, y and z as
-whole numbers; the header holds their scale and offset.
+A LAS file has a header, optional records, and points of equal length that start with x, y and z
+as integers. The header holds their scale and offset.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from fpnet_core.errors import CloudFormatError
 
 _MAGIC, _LEAST_HEADER = b'LASF', 227  # given: by the format
 _VERSION_AT, _SIZES_AT, _SCALES_AT, _LONG_COUNT_AT = 24, 94, 131, 247  # given: by the header
-_PACKED = 0x80  # given: in the kind of points
-_COUNT_IS_LONG = (1, 4)  # given: the version from which on it is
+_PACKED = 0x80  # given: bit of the point format that marks compressed points
+_COUNT_IS_LONG = (1, 4)  # given: first version with a 64-bit point count
 _XYZ_BYTES = 12  # given: at the beginning of each point
-_MOST_PACKED = 200  # numerical: times; what a packed point takes at least
+_MOST_PACKED = 200  # numerical: largest ratio of compression that is accepted
 
 
 def read_las(path: Path) -> NDArray[np.float64]:
     """
-    Return the points ``(P, 3)`` of a file, scaled and moved as its header says.
+    Return the points ``(P, 3)`` of a file, with the header's scale and offset applied.
 
     Raises
     ------
     CloudFormatError
-        If the points are packed and laspy is not installed.
+        If the points are compressed and laspy is not installed.
     ValueError
         If the file is damaged.
     """
@@ -45,7 +45,7 @@ def read_las(path: Path) -> NDArray[np.float64]:
     if kind & _PACKED:
         return _unpacked(path, count, len(data))
     if length < _XYZ_BYTES or start < _LEAST_HEADER:
-        raise ValueError(f'points of {length} bytes from byte {start} on')
+        raise ValueError(f'the header states points of {length} bytes from byte {start}')
     if start + count * length > len(data):
         raise ValueError(f'truncated: {count} points need {start + count * length} bytes')
     scale, offset = np.frombuffer(data, '<f8', 6, _SCALES_AT).reshape(2, 3)
@@ -54,19 +54,19 @@ def read_las(path: Path) -> NDArray[np.float64]:
 
 
 def _unpacked(path: Path, count: int, size: int) -> NDArray[np.float64]:
-    """Return the points of a LAZ file, whose header has promised ``count``."""
+    """Return the points of a LAZ file whose header states ``count``."""
     try:
         import laspy
     except ImportError:
         raise CloudFormatError(
-            f"{path}: LAZ needs a package more; run pip install 'laspy[lazrs]', or unpack it to "
-            '.las'
+            f"{path}: LAZ needs the package laspy; run pip install 'laspy[lazrs]', or unpack it "
+            'to .las'
         ) from None
     if count * _XYZ_BYTES > _MOST_PACKED * size:
         raise ValueError(f'{size} bytes cannot hold {count} points')
     try:
         return np.asarray(laspy.read(path).xyz, dtype=np.float64)
-    except BaseException as error:  # its unpacker panics outside of Exception
+    except BaseException as error:  # laspy's unpacker raises panics that are not Exceptions
         if isinstance(error, (KeyboardInterrupt, SystemExit)):
             raise
         raise ValueError(str(error) or type(error).__name__) from None

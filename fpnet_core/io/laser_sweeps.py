@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planar scanners on a robot: their points in its frame, and several of them as one."""
+"""Planar scanners on a robot: points in the base frame, and merging of several scanners."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from fpnet_core.io.laserscan import LaserPoints
 from fpnet_core.stamps import NS_PER_S
 
 MAX_TILT_RAD = math.radians(3.0)
-"""Physical: a beam 0.3 m above the floor that dips by more meets it within 6 m, as if a wall."""
+"""Physical: a beam 0.3 m above the floor that is tilted further hits it within 6 m."""
 
 SAME_SWEEP_NS = 200_000_000
-"""Physical: two turns of common scanners; what is further apart is not one sweep."""
+"""Physical: two turns of common scanners; sweeps further apart are not merged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +31,13 @@ class LaserSweep:
     Parameters
     ----------
     points : (P, 3) float32
-        Each as seen from the base at its own instant, z = 0 [m].
+        Each relative to the base at the point's own time, z = 0 [m].
     stamps_ns : (P,) int64
-        Those instants.
+        Time of each point.
     viewpoints : (P, 3) float32
-        Where each point's ray began, z = 0 [m].
+        Origin of each point's ray, z = 0 [m].
     stamp_ns : int
-        The instant of the last point; of a sweep without points the message's.
+        Time of the last point; the message's stamp if the sweep has no points.
     """
 
     points: NDArray[np.float32]
@@ -47,17 +47,17 @@ class LaserSweep:
 
     @property
     def first_ns(self) -> int:
-        """The instant of the first point."""
+        """Time of the first point."""
         return int(self.stamps_ns.min()) if len(self.stamps_ns) else self.stamp_ns
 
     @property
     def time_s(self) -> NDArray[np.float64]:
-        """Times of the points ``(P,)`` since the first one."""
+        """Times of the points ``(P,)`` since the first one [s]."""
         seconds: NDArray[np.float64] = (self.stamps_ns - self.first_ns) / NS_PER_S
         return seconds
 
     def without_motion(self, T_first_last: NDArray[np.float64]) -> LaserSweep:
-        """Return all points as seen at ``stamp_ns``, given the base's motion since the first."""
+        """Deskew: return all points relative to the base's pose at ``stamp_ns``."""
         span_ns = self.stamp_ns - self.first_ns
         if not span_ns:
             return self
@@ -74,18 +74,18 @@ def mounted(
     laser: LaserPoints, stamp_ns: int, T_base_laser: NDArray[np.float64], name: str
 ) -> LaserSweep:
     """
-    Return a scanner's points in the frame of the base, in z = 0.
+    Return a scanner's points in the frame of the base, with z = 0.
 
-    The height goes: a level beam sees the same walls at any. A scanner may hang upside down.
+    The height is dropped, as walls look alike at any height. The scanner may be upside down.
 
     Parameters
     ----------
     stamp_ns : int
-        Of the message: the instant of its first ray.
+        Stamp of the message: the time of its first ray.
     T_base_laser : (4, 4)
-        Place of the scanner.
+        Mount of the scanner.
     name : str
-        Of the scanner's frame, for the error.
+        Name of the scanner's frame, for the error.
 
     Raises
     ------
@@ -96,8 +96,8 @@ def mounted(
     if upright < math.cos(MAX_TILT_RAD):
         raise CloudFormatError(
             f'laser {name!r} is tilted by {math.degrees(math.acos(upright)):.1f} degrees; its '
-            'beam meets floor or ceiling as if they were walls: mount it level (at most '
-            f'{math.degrees(MAX_TILT_RAD):.0f} degrees), or put its transform right'
+            'beam would see the floor or ceiling as walls: mount it level (at most '
+            f'{math.degrees(MAX_TILT_RAD):.0f} degrees), or correct its transform'
         )
     points = laser.points @ T_base_laser[:3, :3].T + T_base_laser[:3, 3]
     points[:, 2] = 0.0
@@ -112,7 +112,7 @@ def mounted(
 
 
 def merged(sweeps: Sequence[LaserSweep]) -> LaserSweep:
-    """Return one or more sweeps as one; it ends when the last of them does."""
+    """Merge one or more sweeps; the stamp is the latest of theirs."""
     if len(sweeps) == 1:
         return sweeps[0]
     return LaserSweep(
@@ -125,15 +125,15 @@ def merged(sweeps: Sequence[LaserSweep]) -> LaserSweep:
 
 class SweepMerger:
     """
-    Puts the sweeps of several scanners together, one of each, in the order in which they come.
+    Merges the sweeps of several scanners, one of each, in the order in which they arrive.
 
-    A merged sweep is complete with the last scanner, and handed out as it is where one of them
-    comes again first: one that is slower or dead holds nobody up. Nothing is used twice or lost.
+    A merged sweep is complete once it has one sweep of every scanner. It is returned early if a
+    scanner repeats first, so that slow or dead scanners do not block. Each sweep is used once.
 
     Parameters
     ----------
     scanners : int
-        How many there are.
+        Number of scanners.
     """
 
     def __init__(self, scanners: int) -> None:
@@ -141,7 +141,7 @@ class SweepMerger:
         self._waiting: dict[str, LaserSweep] = {}
 
     def add(self, name: str, sweep: LaserSweep) -> list[LaserSweep]:
-        """Take the next sweep of a scanner; returns what is complete, none, one or two."""
+        """Add the next sweep of a scanner; return zero, one or two merged sweeps."""
         done: list[LaserSweep] = []
         apart_ns = max(
             (abs(sweep.stamp_ns - s.stamp_ns) for s in self._waiting.values()), default=0
@@ -154,6 +154,6 @@ class SweepMerger:
         return done
 
     def flush(self) -> list[LaserSweep]:
-        """Return what waits, at the end of a recording."""
+        """Return the pending sweeps, merged; call at the end of a recording."""
         waiting, self._waiting = list(self._waiting.values()), {}
         return [merged(waiting)] if waiting else []

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The readings of ``sensor_msgs/LaserScan`` and ``MultiEchoLaserScan``, as points.
+Conversion of ``sensor_msgs/LaserScan`` and ``MultiEchoLaserScan`` messages to points.
 
-Functions read a message's attributes only, so messages of rclpy and of rosbags both work and the
+The functions only read attributes, so that messages of rclpy and of rosbags both work and the
 core needs no message package.
 """
 
@@ -19,41 +19,41 @@ from numpy.typing import NDArray
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.io.pointcloud2 import LONGEST_SWEEP_S
 
-# Physical: scanners of a full turn repeat a few rays; degrees in place of radians are 57 turns.
+# Physical: scanners with a full turn repeat a few rays; degrees in place of radians give 57 turns.
 _MOST_TURNS = 1.1
 
 
 class LaserScanLike(Protocol):
-    """What a message of planar readings has, whoever made it."""
+    """Attributes of a LaserScan message."""
 
     @property
     def angle_min(self) -> float:
-        """Angle of the first ray [rad], from x to y."""
+        """Angle of the first ray [rad], counterclockwise from x."""
 
     @property
     def angle_increment(self) -> float:
-        """Angle between two rays [rad]; negative: clockwise."""
+        """Angle between two rays [rad]; negative for clockwise scanners."""
 
     @property
     def time_increment(self) -> float:
-        """Time between two rays [s]; 0: all at once, or unknown."""
+        """Time between two rays [s]; 0 if simultaneous or unknown."""
 
     @property
     def range_min(self) -> float:
-        """Least valid range [m]."""
+        """Shortest valid range [m]."""
 
     @property
     def range_max(self) -> float:
-        """Valid ranges are shorter [m]; many drivers write it for no return."""
+        """Limit below which ranges are valid [m]; many drivers write it for no return."""
 
     @property
     def ranges(self) -> Any:
-        """Range of each ray [m], or its echoes."""
+        """Range [m] or echoes of each ray."""
 
 
 @dataclass(frozen=True, eq=False)
 class LaserReadings:
-    """What a driver reports of one sweep, with the attributes of ``sensor_msgs/LaserScan``."""
+    """Readings of one sweep, with the attributes of ``sensor_msgs/LaserScan``."""
 
     angle_min: float
     angle_increment: float
@@ -66,11 +66,11 @@ class LaserReadings:
 @dataclass(frozen=True, eq=False)
 class LaserPoints:
     """
-    What a planar scanner saw in one sweep.
+    Points of a planar scanner in one sweep.
 
-    ``points (P, 3) float32`` [m] lie in z = 0 of the scanner's frame; ``time_s (P,) float64``
-    counts from the first ray, which is the instant of the message's stamp, and is zero where the
-    message tells no time between rays. Rays without a valid range are left out.
+    ``points (P, 3) float32`` [m] have z = 0 in the scanner's frame. ``time_s (P,) float64`` is the
+    time since the first ray, which is the message's stamp; it is zero if the message has no time
+    between rays. Rays without a valid range are left out.
     """
 
     points: NDArray[np.float32]
@@ -81,17 +81,16 @@ def decode_laser(scan: LaserScanLike) -> LaserPoints:
     """
     Return the points of a LaserScan or MultiEchoLaserScan.
 
-    Rays without a range from ``range_min`` to below ``range_max`` are left out, NaN and infinity
-    among them; they may be no echo or too near, and drivers do not agree which. Many write
-    ``range_max`` itself for no echo: taken for a return it would open the walls before it, and
-    AMCL leaves it out as well. Of several echoes
-    of a ray the nearest valid one counts: glass is drawn as a wall, and nothing behind it is free
-    for the robot. ``angle_max`` is not read: drivers are often off by one there.
+    Only ranges from ``range_min`` to below ``range_max`` are used. NaN, infinity and other values
+    may mean no echo or too near; drivers differ. Many write ``range_max`` for no echo: used as a
+    return it would clear walls in front of it, and AMCL skips it as well. Of several echoes the
+    nearest valid one is used: glass is drawn as a wall, and the space behind it is not free for
+    the robot. ``angle_max`` is ignored, because drivers are often off by one.
 
     Raises
     ------
     CloudFormatError
-        If the message contradicts itself: limits, angles or times that cannot be.
+        If limits, angles or times are impossible.
     """
     _check_limits(scan)
     ranges = _nearest_ranges(scan)
@@ -109,8 +108,8 @@ def _check_limits(scan: LaserScanLike) -> None:
     low, high = scan.range_min, scan.range_max
     if math.isnan(low) or math.isnan(high) or high <= max(low, 0.0):
         raise CloudFormatError(
-            f'laser scan: range_max {high} m is not above range_min {low} m; the driver leaves '
-            'one of them unset'
+            f'laser scan: range_max {high} m is not above range_min {low} m; the driver did not '
+            'set one of them'
         )
 
 
@@ -122,7 +121,7 @@ def _check_angles(scan: LaserScanLike, count: int) -> None:
         )
     if count > 1 and step == 0.0:
         raise CloudFormatError(
-            f'laser scan: angle_increment is 0 for {count} rays; the driver leaves it unset'
+            f'laser scan: angle_increment is 0 for {count} rays; the driver did not set it'
         )
     turns = abs(step) * (count - 1) / (2.0 * math.pi)
     if turns > _MOST_TURNS:
@@ -134,7 +133,7 @@ def _check_angles(scan: LaserScanLike, count: int) -> None:
 
 def _time_step_s(scan: LaserScanLike, count: int) -> float:
     step_s = float(scan.time_increment)
-    if not abs(step_s) * max(count - 1, 1) <= LONGEST_SWEEP_S:  # NaN is refused as well
+    if not abs(step_s) * max(count - 1, 1) <= LONGEST_SWEEP_S:  # also refuses NaN
         raise CloudFormatError(
             f'laser scan: {count} rays at time_increment {step_s} s; expected seconds, and a '
             f'sweep of at most {LONGEST_SWEEP_S:.0f} s'
@@ -143,7 +142,7 @@ def _time_step_s(scan: LaserScanLike, count: int) -> float:
 
 
 def _nearest_ranges(scan: LaserScanLike) -> NDArray[np.float64]:
-    """Return one range for each ray ``(N,)``."""
+    """Return the nearest valid range of each ray ``(N,)``."""
     ranges = scan.ranges
     if not len(ranges) or not hasattr(ranges[0], 'echoes'):
         return np.asarray(ranges, dtype=np.float64)
@@ -157,6 +156,6 @@ def _nearest_ranges(scan: LaserScanLike) -> NDArray[np.float64]:
 
 
 def _valid(ranges: NDArray[np.float64], scan: LaserScanLike) -> NDArray[np.bool_]:
-    # NaN fails every comparison.
+    # Comparisons with NaN are false.
     valid: NDArray[np.bool_] = (ranges >= max(scan.range_min, 0.0)) & (ranges < scan.range_max)
     return valid & np.isfinite(ranges) & (ranges > 0.0)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Floorplans and occupancy maps: map_server YAML with its image, or a bare image.
+Reader and writer for floorplans and occupancy maps: map_server YAML with image, or a bare image.
 
-Images are stored with row 0 at the top; a :class:`~fpnet_core.types.GridMap` has row 0 at the
-lowest y. This module flips once, and :func:`fpnet_core.raster.pixels.pixel_to_xy` relates the two.
+Images have row 0 at the top; a :class:`~fpnet_core.types.GridMap` has row 0 at the lowest y.
+This module flips them; :func:`fpnet_core.raster.pixels.pixel_to_xy` maps between the two.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ from fpnet_core.raster.windows import known_window
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
-"""Nominal edge of a pixel of a bare image whose scale nobody gave. Chosen."""
+"""Nominal size of a pixel of a bare image without a given scale. Chosen."""
 
 YAML_SUFFIXES = ('.yaml', '.yml')
-"""Of map_server files, which state their scale."""
+"""Suffixes of map_server files, which state their scale."""
 
 MAP_SUFFIXES = (
     *YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.webp', '.gif', '.bmp', '.tif', '.tiff',
 )  # fmt: skip
-"""Of the floorplans and robot maps that :func:`read_map` reads."""
+"""Suffixes of the floorplans and robot maps that :func:`read_map` reads."""
 
-# Given: map_saver's; a pixel of 205 stays unknown.
+# Given: by map_saver; a pixel of 205 stays unknown.
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 _SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # given
-_STRIP_ROWS = 256  # numerical: rows whose shades are held at once, as decimals
+_STRIP_ROWS = 256  # numerical: rows that are converted to float at once
 _MODES = ('trinary', 'scale', 'raw')
 _MAP_KEY = re.compile(rb'^\{?["\']?(?:image|resolution|origin)["\']?\s*:', re.MULTILINE)  # given
 _PICTURES = tuple(suffix for suffix in MAP_SUFFIXES if suffix not in YAML_SUFFIXES)
@@ -63,22 +63,21 @@ _log = logging.getLogger(__name__)
 
 
 def states_scale(path: Path | str) -> bool:
-    """Tell whether a map or cloud states how long a metre is: a map_server YAML, a point file."""
+    """Return whether a file states its scale: a map_server YAML or a point file."""
     return Path(path).suffix.lower() in (*YAML_SUFFIXES, *CLOUD_SUFFIXES)
 
 
 def map_yamls(files: Iterable[Path]) -> list[Path]:
     """
-    Return the YAMLs among ``files`` that are meant as maps; one warning names the others.
+    Return the map_server YAMLs among ``files``; log one warning that lists the others.
 
-    A map is meant by a key of map_server's at the top, or by a picture of the YAML's name beside
-    it, however damaged the YAML is; a folder's parameter files and descriptions of bags have
-    neither.
+    A YAML counts as a map if it has a top-level key of map_server, or if there is an image of the
+    same name, even if the YAML is damaged. Parameter files and bag metadata have neither.
     """
     yamls = [path for path in files if path.suffix.lower() in YAML_SUFFIXES and path.is_file()]
     meant = [path for path in yamls if _is_meant_as_map(path)]
     if others := [str(path) for path in yamls if path not in meant]:
-        _log.warning('left out, as no map_server YAML: %s', ', '.join(others))
+        _log.warning('skipped, not map_server YAML: %s', ', '.join(others))
     return meant
 
 
@@ -89,11 +88,11 @@ def _is_meant_as_map(path: Path) -> bool:
         with regular(path).open('rb') as file:
             return _MAP_KEY.search(file.read(MAX_BYTES)) is not None
     except OSError:
-        return True  # whoever reads it says why that cannot be
+        return True  # reading it later raises an error with the reason
 
 
 def image_of(path: Path) -> Path | None:
-    """Return the image that a map_server YAML names; None where it names none."""
+    """Return the path of a map_server YAML's image, or None if it has none."""
     try:
         image = _read_fields(path).get('image')
     except MapFormatError:
@@ -108,23 +107,23 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
     Parameters
     ----------
     path
-        A map_server YAML, read as nav2's map_server does, or a PNG, PGM or JPEG image, whose
-        meaning is taken from its grey levels (see :mod:`fpnet_core.io.images`).
+        A map_server YAML, read by nav2 map_server's rules, or an image (PNG, PGM, JPEG and
+        others), which is binarized by its grey levels (see :mod:`fpnet_core.io.images`).
     resolution_m
-        Edge of a pixel of a bare image, default 0.05; it overrides that of a YAML.
+        Size of a pixel of a bare image, default 0.05; overrides the resolution of a YAML.
 
     Returns
     -------
     GridMap
         In-between values of the YAML modes ``scale`` and ``raw`` become unknown. For a bare
-        image the frame's origin is the lower left corner. Of a large map_server map what is known,
-        with a margin.
+        image the frame's origin is the lower left corner. A large map_server map is cropped to
+        its known cells with a margin.
 
     Raises
     ------
     MapFormatError
-        If a file is missing, damaged or absurdly large, a key is missing or out of range, or the
-        map holds no free space or nothing else.
+        If a file is missing, damaged or too large, a key is missing or out of range, or the map
+        has no free space or only free space.
     """
     path = Path(path)
     _check_resolution(resolution_m)
@@ -140,12 +139,12 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
 @dataclass(frozen=True, eq=False)
 class MapPart:
     """
-    What was read of a map_server map.
+    Part of a map_server map that was read.
 
     Parameters
     ----------
     grid : the part, in the frame of the whole map
-    left, top : where it begins in the image [pixels]
+    left, top : position of the part's corner in the image [pixels]
     size : (width, height) of the image
     """
 
@@ -156,7 +155,7 @@ class MapPart:
 
     @property
     def A_frame_pixel(self) -> NDArray[np.float64]:
-        """Return the affine (3, 3) from pixels of the image to metres of the map's frame."""
+        """Affine map (3, 3) from pixels of the image to metres in the map's frame."""
         A_frame_part = pixel_to_xy(self.grid).matrix
         return np.asarray(A_frame_part @ cut_from(self.left, self.top))
 
@@ -165,7 +164,7 @@ def read_map_part(
     path: Path, resolution_m: float | None = None, crop: Box | None = None
 ) -> MapPart:
     """
-    Read a map_server YAML, or what is cropped of it; of a large map what is known of it.
+    Read a map_server YAML or a crop of it; large maps are cropped to their known cells.
 
     Raises
     ------
@@ -200,7 +199,7 @@ def _check_resolution(resolution_m: float | None) -> None:
 
 
 def write_map(grid: GridMap, yaml_path: Path | str) -> None:
-    """Write ``grid`` as a map_server YAML and a PNG of the same name beside it."""
+    """Write ``grid`` as a map_server YAML and a PNG with the same name."""
     yaml_path = Path(yaml_path)
     image_path = yaml_path.with_suffix('.png')
     yaml_path.parent.mkdir(parents=True, exist_ok=True)
@@ -228,7 +227,7 @@ def _check_content(grid: GridMap, path: Path) -> None:
             f'map {path} has no free space; check its thresholds, negate flag and colours'
         )
     if free == grid.cells.size:
-        raise MapFormatError(f'map {path} is empty: expected walls, got nothing but free space')
+        raise MapFormatError(f'map {path} is empty: expected walls, got only free space')
 
 
 def _origin(fields: dict[str, Any], path: Path) -> SE2:
@@ -306,7 +305,7 @@ def _threshold(
     has_alpha = pixels.shape[2] in (2, 4)
     shade = pixels[..., : 3 if pixels.shape[2] >= 3 else 1].mean(axis=2, dtype=np.float64)
     if has_alpha and mode == 'trinary':
-        # map_server averages alpha in with three colours, in this mode only; so do we, to agree.
+        # As map_server does in this mode only: average alpha with the three colours.
         shade = (3.0 * shade + pixels[..., -1]) / 4.0
     if mode == 'raw':
         level = np.rint(shade * 255.0)

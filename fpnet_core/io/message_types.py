@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names of the message types that recordings hold and robots send, and of bags' files."""
+"""Names of ROS message types, and suffixes of bag files."""
 
 POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
 LASER_SCAN = 'sensor_msgs/msg/LaserScan'

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Times, poses and transforms in messages, as plain values.
+Conversion of times, poses and transforms in messages to plain values.
 
-Functions read a message's attributes only, so messages of rclpy and of rosbags both work and the
+The functions only read attributes, so that messages of rclpy and of rosbags both work and the
 core needs no message package.
 """
 
@@ -25,7 +25,7 @@ _NOT_MEASURED = -1.0  # given: sensor_msgs/Imu
 
 @dataclass(frozen=True, eq=False)
 class StampedTransform:
-    """``T_parent_child (4, 4)`` at ``stamp_ns``; frames have no slash before their names."""
+    """``T_parent_child (4, 4)`` at ``stamp_ns``; frame names have no leading slash."""
 
     stamp_ns: int
     parent: str
@@ -40,7 +40,7 @@ def stamp_to_ns(stamp: Any) -> int:
 
 def rigid_of(position: Any, rotation: Any) -> NDArray[np.float64]:
     """
-    Return the (4, 4) transform of a message's position and quaternion, which is normalised.
+    Return the (4, 4) transform of a message's position and quaternion, normalised.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def rigid_of(position: Any, rotation: Any) -> NDArray[np.float64]:
 
 
 def has_gyro(message: Any) -> bool:
-    """Tell whether a ``sensor_msgs/Imu`` says that it measures angular rates."""
+    """Return whether a ``sensor_msgs/Imu`` message has angular rates, by its covariance."""
     return bool(message.angular_velocity_covariance[0] != _NOT_MEASURED)
 
 
@@ -64,10 +64,10 @@ def rate_of(message: Any) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        If it has no gyroscope, which it says by a covariance of -1, or a value is not finite.
+        If it has no gyroscope (its covariance is -1), or a value is not finite.
     """
     if not has_gyro(message):
-        raise ValueError('it says that it has no gyroscope (angular_velocity_covariance[0] is -1)')
+        raise ValueError('the IMU has no gyroscope (angular_velocity_covariance[0] is -1)')
     rate = message.angular_velocity
     values = np.array([rate.x, rate.y, rate.z], dtype=np.float64)
     if not np.isfinite(values).all():
@@ -76,24 +76,24 @@ def rate_of(message: Any) -> NDArray[np.float64]:
 
 
 def transform_of(message: Any) -> StampedTransform:
-    """Return what a ``geometry_msgs/TransformStamped`` says; ValueError as :func:`rigid_of`."""
-    said = message.transform
+    """Convert a ``geometry_msgs/TransformStamped``; raise ValueError as :func:`rigid_of`."""
+    transform = message.transform
     return StampedTransform(
         stamp_to_ns(message.header.stamp),
         plain_frame(message.header.frame_id),
         plain_frame(message.child_frame_id),
-        rigid_of(said.translation, said.rotation),
+        rigid_of(transform.translation, transform.rotation),
     )
 
 
 def transforms_of(message: Any, child: str = '') -> Iterator[StampedTransform]:
     """
-    Yield the transforms of a ``tf2_msgs/TFMessage``: all, or those of one child frame.
+    Yield all transforms of a ``tf2_msgs/TFMessage``, or only those of one child frame.
 
     Raises
     ------
     ValueError
-        If one of them is no rigid transform, once those before it are yielded.
+        If a transform is not rigid; after those before it have been yielded.
     """
     for each in message.transforms:
         if not child or plain_frame(each.child_frame_id) == child:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What of a drawing is outside the building: the one answer for readers and for segmentation."""
+"""Detection of the space outside the building, for map readers and for segmentation."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from fpnet_core.types import FREE, UNKNOWN
 
 Mask = NDArray[np.bool_]
 
-_CORE = 2  # numerical: marks what a flood from the corner has reached
-# Numerical: gates are metres wide, so cells half as wide or less than this are taken together [m],
-# unless so few blocks along a side would be left that the stated scale must be wrong.
+_CORE = 2  # numerical: label of the pixels that the flood fill from the corner reaches
+# Numerical: gates are metres wide, so finer images are downsampled to blocks of this size [m],
+# but to no fewer blocks along a side: then the stated scale must be wrong.
 _BLOCK_M, _LEAST_BLOCKS = 0.05, 200
 # Chosen, not measured:
-# Gates, open ends of corridors and gaps up to this do not let the outside in; an open entrance, or
-# the porch before it, is half as wide at most, and what is wider a gate.
+# Gates, open ends of corridors and gaps up to this width separate the inside from the outside. An
+# open entrance or its porch is at most half as wide; a wider opening is a gate.
 _EXIT_WIDTH_M = 4.5
-_PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
-_NECK = 1.2  # what is so many times as wide as the way to it is a hall behind a door, no niche
-_MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
+_PAPER_BORDER_SHARE = 0.5  # least free share of the border if the outside is white
+_NECK = 1.2  # a part this many times as wide as its entrance is a hall, not a niche
+_MIN_INSIDE_SHARE = 0.05  # of the free space; with less inside, the building is not closed
 
 
 def is_on_paper(free: Mask) -> bool:
-    """Tell whether the outside of a drawing is free, so that its border mostly is."""
+    """Return whether the outside is drawn as free space: most of the border is free."""
     return bool(border_of(free).mean() > _PAPER_BORDER_SHARE)
 
 
 def interior(free: Mask) -> Mask:
-    """Return ``free (H, W)`` without the paper around a drawing, up to the first line."""
+    """Return ``free (H, W)`` without the components that touch the border of a drawing."""
     if not is_on_paper(free):
         return free
     pieces, figures = pieces_of(free, connectivity=4)
@@ -47,18 +47,18 @@ def interior(free: Mask) -> Mask:
 
 def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[np.int8]:
     """
-    Return ``cells (H, W)`` with the free space around a building turned unknown.
+    Return ``cells (H, W)`` with the free space around a building set to unknown.
 
-    Drawings are often on white paper. What is reachable from the border through openings wider
-    than ``_EXIT_WIDTH_M`` is outside. The cells come back unchanged if the border is not mostly
-    free, or if the building is so open that nothing would be left.
+    Drawings are often on white paper. Cells are outside if they are reachable from the border
+    through openings wider than ``_EXIT_WIDTH_M``. Returns ``cells`` unchanged if the border is
+    not mostly free, or if the building is so open that almost no inside would be left.
     """
     free = cells == FREE
     if border_of(free).mean() < _PAPER_BORDER_SHARE:
         return cells
     step = max(1, min(int(_BLOCK_M / resolution_m), min(free.shape) // _LEAST_BLOCKS))
     coarse = ~block_any(~free, step)
-    # No disc is larger than the picture, whatever scale somebody has stated.
+    # The disc is never larger than the image, even if the stated scale is wrong.
     reach_px = min(0.5 * _EXIT_WIDTH_M / (step * resolution_m), max(coarse.shape))
     inside = _inside_of(coarse, reach_px)
     if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(coarse):
@@ -69,7 +69,7 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
 
 
 def _outside_of(free: Mask, coarse: Mask, inside: Mask, step: int) -> Mask:
-    """Return what of ``free (H, W)`` is outside, as its blocks ``(h, w)`` and those beside are."""
+    """Return the outside of ``free (H, W)``, upsampled from its blocks ``(h, w)``."""
     if step == 1:
         return free & ~inside
     sides = 2 * coarse.view(np.uint8) - inside
@@ -78,18 +78,18 @@ def _outside_of(free: Mask, coarse: Mask, inside: Mask, step: int) -> Mask:
 
 def _inside_of(free: Mask, reach_px: float) -> Mask | None:
     """
-    Return what of ``free (H, W)`` a disc of radius ``reach_px`` does not reach from outside.
+    Return the part of ``free (H, W)`` that a disc of ``reach_px`` cannot reach from outside.
 
-    None where the disc does not fit beside the building. Niches of the outer wall are outside.
+    None if the disc does not fit beside the building. Niches of the outer wall are outside.
     """
-    # One free pixel all around joins what the building's walls cut off at the image's edge.
+    # One free pixel all around connects areas that walls at the image's edge separate.
     padded = np.pad(free, 1, constant_values=True)
     blocked = ~np.pad(padded, int(reach_px) + 1, mode='edge')
     clearance = cells_to_nearest(blocked, most=reach_px)
     core = (clearance > reach_px).astype(np.uint8)
     if core[0, 0] == 0:
         return None
-    cv2.floodFill(core, None, (0, 0), _CORE)  # across sides, not corners
+    cv2.floodFill(core, None, (0, 0), _CORE)  # 4-connected
     margin = int(reach_px) + 2
     to_core = cells_to_nearest(core == _CORE, most=reach_px + 1.0)
     outside = to_core[margin:-margin, margin:-margin] <= reach_px + 1.0
@@ -103,8 +103,8 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     """
     Return the niches of the outer wall: parts open to the outside, too narrow for a room.
 
-    Where a part is widest behind a neck it is no niche but a hall behind an open entrance, unless
-    its gates are together wider than what lets the outside in: then the building is open.
+    A part whose widest place lies behind a narrower neck is not a niche but a hall behind an open
+    entrance, unless its gates together are wider than ``2 * reach_px``: then the building is open.
     """
     pieces, figures = pieces_of(inside, connectivity=4)
     mouths = grown_by(outside, cross()) & inside
@@ -128,7 +128,7 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
 def _gates_px(
     pieces: NDArray[np.int32], mouths: Mask, count: int, least_px: float
 ) -> NDArray[np.float64]:
-    """Return how wide each piece's mouths are together ``(count,)``, but for entrances."""
+    """Return the total width of each component's gates ``(count,)``, without entrances."""
     openings, sizes = pieces_of(mouths)
     width = sizes[:, 2:4].max(axis=1)
     owner = np.zeros(len(sizes), dtype=np.int64)

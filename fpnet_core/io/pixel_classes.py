@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a pixel of a drawing may show; the network that reads walls tells these apart."""
+"""Classes of pixels in a drawing, as labelled by the wall segmentation network."""
 
 OUTSIDE = 0
-"""Given: paper: frame, title block, legend, dimensions, the ground around the building."""
+"""Given: frame, title block, legend, dimensions and the ground around the building."""
 
 FLOOR = 1
 WALL = 2
 DOOR = 3
-"""Given: the opening; its leaf and arc stand on the floor."""
+"""Given: the opening only; the door leaf and its arc are floor."""
 
 WINDOW = 4  # given
 

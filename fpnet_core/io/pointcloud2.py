@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The ``sensor_msgs/PointCloud2`` wire layout, to and from arrays.
+Conversion between ``sensor_msgs/PointCloud2`` and arrays.
 
-Functions take the message's plain values, so messages of rclpy and of rosbags both work and the
-core needs no message package. Decoding is one structured view over the buffer: 300,000 points
-take a few milliseconds.
+The functions take the message's plain values, so that messages of rclpy and of rosbags both work
+and the core needs no message package. Decoding uses one structured view of the buffer: 300,000
+points take a few milliseconds.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ DATATYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: '
 """NumPy type of each ``sensor_msgs/PointField`` datatype code."""
 
 TIME_FIELDS = ('t', 'time', 'timestamp', 'timestamps', 'time_stamp', 'stamps', 'offset_time')
-"""Names under which lidar drivers store the time of a point; the first one present is used."""
+"""Names that lidar drivers use for the time of a point; the first one present is used."""
 
 VIEWPOINT_FIELDS = ('vp_x', 'vp_y', 'vp_z')
-"""Where a point's ray began, named as in PCL's ``PointWithViewpoint``."""
+"""Fields for the origin of a point's ray, named as in PCL's ``PointWithViewpoint``."""
 
 LONGEST_SWEEP_S = 2.0
 """
-Physical: no lidar takes longer for one sweep; tells the unit of a time field (see sweep_seconds).
+Physical: longest sweep of a lidar; used to find the unit of a time field (see sweep_seconds).
 """
 
 _FLOAT32, _FLOAT64, _UINT16 = 7, 8, 4  # given
 
 
 class PointFieldLike(Protocol):
-    """What a message's field entry has, whoever made it."""
+    """Attributes of a ``sensor_msgs/PointField``."""
 
     @property
     def name(self) -> str:
@@ -71,11 +71,11 @@ class CloudArrays:
     """
     A decoded cloud.
 
-    ``points (P, 3) float32`` [m] are finite, and no zeros, which drivers write where nothing
-    returned; ``time_s (P,) float64`` counts from the cloud's first instant, None where the cloud
-    has no usable time field; ``viewpoints (P, 3) float32`` [m] are where rays began, None where
-    the cloud does not tell; ``first_s`` is the first instant as the driver wrote it, by whatever
-    clock. A cloud without points gives empty arrays.
+    ``points (P, 3) float32`` [m] are finite and not zero, which drivers write for no return.
+    ``time_s (P,) float64`` is the time since the cloud's first point, None without a usable time
+    field. ``viewpoints (P, 3) float32`` [m] are the origins of the rays, None if the cloud has
+    none. ``first_s`` is the time of the first point as the driver wrote it, on any clock. A cloud
+    without points gives empty arrays.
     """
 
     points: NDArray[np.float32]
@@ -114,10 +114,10 @@ def decode_points(
     fields
         Entries with name, offset, datatype and count.
     data
-        Bytes-like; longer than needed is accepted, shorter is not.
+        Bytes-like; may be longer than needed, but not shorter.
     point_step, row_step
         Bytes per point and per row; padding is allowed in both, and a ``row_step`` of 0 (some
-        drivers) stands for rows without padding.
+        drivers) means rows without padding.
     width, height
         Points per row, and rows.
     is_bigendian
@@ -134,7 +134,7 @@ def decode_points(
     if missing := [name for name in 'xyz' if name not in names]:
         raise CloudFormatError(
             f'cloud lacks field {", ".join(missing)}: expected x, y and z, got {names}; '
-            'choose a topic that carries points'
+            'choose a topic with points'
         )
     time_name = next((name for name in TIME_FIELDS if name in names), None)
     viewed = VIEWPOINT_FIELDS if set(VIEWPOINT_FIELDS) <= set(names) else ()
@@ -159,7 +159,7 @@ def _as_bytes(data: Any) -> memoryview:
 
 
 def _check_lengths(size: int, point_step: int, row_step: int, width: int, height: int) -> int:
-    """Return the row step to use after checking that every point lies within the data."""
+    """Check that all points lie within the data; return the row step to use."""
     if min(point_step, row_step, width, height) < 0:
         raise CloudFormatError(
             f'cloud has a negative size: point_step {point_step}, row_step {row_step}, '
@@ -170,7 +170,7 @@ def _check_lengths(size: int, point_step: int, row_step: int, width: int, height
     if row_step < row_bytes and height > 0:
         raise CloudFormatError(
             f'cloud row_step {row_step} is shorter than width {width} x point_step {point_step} '
-            f'= {row_bytes} bytes; the driver fills one of them wrongly'
+            f'= {row_bytes} bytes; the driver sets one of them wrong'
         )
     needed = row_step * (height - 1) + row_bytes if height and width else 0
     if size < needed:
@@ -182,7 +182,7 @@ def _check_lengths(size: int, point_step: int, row_step: int, width: int, height
 
 
 def _point_dtype(fields: list[PointFieldLike], point_step: int, order: str) -> np.dtype[Any]:
-    """Return the structured dtype of one point restricted to ``fields``."""
+    """Return the structured dtype of one point, restricted to ``fields``."""
     formats = []
     for field in fields:
         if field.datatype not in DATATYPES:
@@ -211,13 +211,13 @@ def _point_dtype(fields: list[PointFieldLike], point_step: int, order: str) -> n
 def _returned_points(
     raw: NDArray[Any], time_name: str | None, viewed: tuple[str, ...]
 ) -> CloudArrays:
-    """Copy the coordinates out of the structured view and drop points that are no returns."""
+    """Copy the coordinates out of the structured view and drop points without a return."""
     points, viewpoints = _columns(raw, 'xyz'), _columns(raw, viewed) if viewed else None
     time = raw[time_name].ravel().astype(np.float64) if time_name else None
     finite = np.isfinite(points)
     if viewpoints is not None:
         finite &= np.isfinite(viewpoints)
-    # Zeros often are those of the whole record: their time of zero would stretch the sweep.
+    # Zero points often are all-zero records, whose time of zero would lengthen the sweep.
     somewhere = (points[:, 0] != 0.0) | (points[:, 1] != 0.0) | (points[:, 2] != 0.0)
     if not (finite.all() and somewhere.all()):
         kept = finite.all(axis=1) & somewhere
@@ -234,14 +234,14 @@ def _columns(raw: NDArray[Any], names: Iterable[str]) -> NDArray[np.float32]:
     """Return three fields of a structured view as ``(P, 3)``."""
     columns = np.empty((raw.size, 3), dtype=np.float32)
     with np.errstate(over='ignore', invalid='ignore'):
-        # A float64 beyond float32 becomes infinite here and is dropped later.
+        # A float64 out of the range of float32 becomes infinite here and is dropped later.
         for column, name in enumerate(names):
             columns[:, column] = raw[name].ravel()
     return columns
 
 
 class SweepSeconds(NamedTuple):
-    """Times of points since the earliest one ``(P,)``, and that one's by the driver's clock."""
+    """Times ``(P,)`` since the earliest point, and that point's time on the driver's clock."""
 
     since_first_s: NDArray[np.float64]
     first_s: float
@@ -251,9 +251,9 @@ def sweep_seconds(time: NDArray[np.float64]) -> SweepSeconds | None:
     """
     Turn a time field ``(P,)`` of any unit into seconds since its earliest point.
 
-    Drivers write relative or absolute, float or integer, seconds down to nanoseconds. The unit is
-    the coarsest for which the sweep lasts at most ``LONGEST_SWEEP_S``. None if a time is not
-    finite or the spread fits no unit.
+    Drivers write relative or absolute times, floats or integers, from seconds to nanoseconds. The
+    unit is the coarsest for which the sweep lasts at most ``LONGEST_SWEEP_S``. Returns None if a
+    time is not finite or no unit fits.
     """
     if not time.size:
         return SweepSeconds(time, 0.0)
@@ -274,7 +274,7 @@ def encode_points(
     viewpoints: ArrayLike | None = None,
 ) -> tuple[list[PointField], int, bytes]:
     """
-    Return field list, point step and little-endian data of an unpadded cloud.
+    Return field list, point step [bytes] and little-endian data of an unpadded cloud.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ def encode_points(
     ring : (P,)
         Written as uint16.
     time_s : (P,)
-        Written as ``time`` in float32, or in float64 if given so [s].
+        Written as ``time``: as float64 if given as such, else as float32 [s].
     viewpoints : (P, 3)
         Written as ``VIEWPOINT_FIELDS`` in float32 [m].
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans with poses from somewhere else: those that KISS-ICP wrote, for one."""
+"""Scans with poses from a separate file, for example from KISS-ICP."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.trajectories import Trajectory
 from fpnet_core.stamps import NS_PER_S
 
-_SAME_TIME_NS = 50_000_000  # half a sweep; KISS-ICP writes a bag's time of recording; chosen
+_SAME_TIME_NS = 50_000_000  # chosen: half a sweep; KISS-ICP writes times of recording
 
 
 @dataclass(frozen=True, eq=False)
 class PosedScans:
     """
-    The scans of ``source`` with the poses of ``poses`` in place of their own.
+    The scans of ``source`` with their poses replaced by ``poses``.
 
-    One pose for each scan: they go together in their order, whatever the times say. KISS-ICP
-    numbers the scans of a folder and rounds those of a bag. Else each scan takes the pose nearest
-    in time, and scans without one within 50 ms are left out. The poses undo the motion during
-    each sweep whose points have times, but for the first one's.
+    If there are as many poses as scans, they are paired in order and times are ignored: KISS-ICP
+    numbers the scans of a folder and rounds the times of a bag. Otherwise each scan gets the pose
+    nearest in time, and scans without a pose within 50 ms are skipped. Sweeps with point times
+    are deskewed with these poses, except for the first one.
 
     Raises
     ------
@@ -38,18 +38,18 @@ class PosedScans:
     poses: Trajectory
 
     def __post_init__(self) -> None:
-        """Check that scans and poses have something to do with each other."""
+        """Check that at least one scan has a pose."""
         if len(self.poses) == len(self.source):
             return
         if next(iter(self), None) is None:
             raise OdometryError(
                 f'{len(self.poses)} poses for {len(self.source)} scans, none at the time of a '
-                'scan; give the poses of this very recording'
+                'scan; pass the poses of this recording'
             )
 
     @property
     def kind(self) -> Literal['bag', 'carmen', 'folder']:
-        """What the scans are stored in."""
+        """Storage format of the scans."""
         return self.source.kind
 
     @property
@@ -58,11 +58,11 @@ class PosedScans:
         return True
 
     def __len__(self) -> int:
-        """Count the scans of the source."""
+        """Return the number of scans of the source."""
         return len(self.source)
 
     def __iter__(self) -> Iterator[Scan]:
-        """Yield the scans that have a pose, without the motion during their sweeps."""
+        """Yield the scans that have a pose, deskewed."""
         last_ns, T_last = 0, None
         for scan in self._posed():
             now_ns, T_now = scan.stamp_ns, scan.T_odom_sensor

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Opens recordings of lidar scans, whatever they are stored in."""
+"""Entry point to open recordings of lidar scans in any supported format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fpnet_core.io.scans import ScanSource
 from fpnet_core.plain_files import regular
 
 BAG_NAME = 'bag'
-"""Of the bag of a simulated recording, in its folder."""
+"""Name of the bag in the folder of a simulated recording."""
 
 _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 
@@ -33,21 +33,21 @@ def open_scans(
     Parameters
     ----------
     path
-        A bag of ROS 2 (folder, ``.db3`` or ``.mcap``) or ROS 1 (``.bag``), a folder with one
-        called ``bag``, as simulated recordings are, a CARMEN log (``.log``, ``.log.gz``), or a
+        A bag of ROS 2 (folder, ``.db3`` or ``.mcap``) or ROS 1 (``.bag``), a folder that contains
+        a bag called ``bag`` (simulated recordings), a CARMEN log (``.log``, ``.log.gz``), or a
         folder of point files with a pose file.
     topics, odometry_topic, truth_topic
-        Topics of a bag: of one cloud, or of planar scanners, which are merged; that of the
-        odometry may be named among them. Scans and odometry are found by type, clouds before
-        planar scans; ground truth is read only if named. An empty ``odometry_topic`` ignores the
+        Topics of a bag. ``topics`` names one cloud, or planar scanners, which are merged, and
+        possibly the odometry. By default scans and odometry are found by type, clouds before
+        planar scans. Ground truth is read only if named. An empty ``odometry_topic`` ignores the
         odometry of the bag.
     scan_stamp
-        What of a sweep the stamps of a bag's clouds are of.
+        Part of the sweep (start, middle or end) at which clouds in a bag are stamped.
 
     Raises
     ------
     CloudFormatError, BagFormatError, OdometryError
-        If the recording is missing, of another kind, damaged, or lacks what is needed.
+        If the recording is missing, of unknown format, damaged or incomplete.
     """
     path = Path(path)
     if not path.exists():
@@ -61,7 +61,7 @@ def open_scans(
 
         return open_bag(path, topics, odometry_topic, truth_topic, scan_stamp)
     if topics or odometry_topic or truth_topic:
-        raise CloudFormatError(f'{path} is no bag; topics can be chosen in a bag only')
+        raise CloudFormatError(f'{path} is not a bag; topics can only be chosen in a bag')
     if path.is_dir():
         from fpnet_core.io.scan_folders import FolderScans
 
@@ -77,13 +77,13 @@ def open_scans(
 
 
 def bag_within(path: Path) -> Path:
-    """Return the bag of a folder that is none and holds one as simulated recordings do."""
+    """Return the bag inside the folder of a simulated recording, else ``path`` itself."""
     inside = path / BAG_NAME
     return inside if path.is_dir() and not _is_bag(path) and inside.exists() else path
 
 
 def is_recording(path: Path | str) -> bool:
-    """Tell whether a path is named as a recording of scans is, or is a folder."""
+    """Return whether a path is a folder or has the suffix of a recording."""
     path = Path(path)
     is_log = path.name.lower().endswith(_CARMEN_SUFFIXES)
     return path.is_dir() or is_log or _is_bag_file(path)

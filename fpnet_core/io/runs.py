@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One tick of the localizer, to and from a file: what reports and pictures are made from."""
+"""Reader and writer for the output of one localizer update, as used by reports and pictures."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from fpnet_core.types import LocalizerOutput
 
 def write_output(path: Path | str, output: LocalizerOutput) -> None:
     """
-    Write a tick, whole, as compressed arrays (.npz), creating the folder.
+    Write the output of an update as compressed arrays (.npz), atomically; create the folder.
 
     Raises
     ------
     FpnetError
-        If it cannot be written; nothing of it is left.
+        If it cannot be written; no partial file is left.
     """
     try:
         write_arrays(Path(path), to_arrays(output))
@@ -29,16 +29,16 @@ def write_output(path: Path | str, output: LocalizerOutput) -> None:
 
 def read_output(path: Path | str) -> LocalizerOutput:
     """
-    Read a tick.
+    Read the output of an update.
 
     Raises
     ------
     FpnetError
-        If the file is missing, damaged, or not one of :func:`write_output`.
+        If the file is missing, damaged, or not written by :func:`write_output`.
     """
     try:
         return from_arrays(LocalizerOutput, read_arrays(Path(path)))
     except (OSError, ValueError) as error:
         raise FpnetError(
-            f'{path} is not a written tick: {error}; run the localizer again'
+            f'{path} is not a saved update: {error}; run the localizer again'
         ) from None

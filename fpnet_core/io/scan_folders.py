@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A folder of point files in the order of their names, with one pose file beside them."""
+"""Reader for a folder of point files, in the order of their names, with one pose file."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class FolderScans:
     """
     Scans of a folder: point files (see :mod:`fpnet_core.io.clouds`), or one ``.npz`` of arrays.
 
-    Names are ordered with their numbers as numbers. The pose file is the ``.csv``, ``.txt`` or
-    ``.tum`` file that parses as poses, one for each scan; without one, the scans are raw and a
-    tenth of a second apart.
+    Names are sorted in natural order (scan2 before scan10). The pose file is the ``.csv``,
+    ``.txt`` or ``.tum`` file that parses as poses, one for each scan. Without one, the scans have
+    no poses and are stamped 0.1 s apart.
     """
 
     kind: Literal['folder'] = 'folder'
@@ -45,13 +45,13 @@ class FolderScans:
         self._names = names
         if not names:
             raise CloudFormatError(
-                f'folder {path} holds no scans; expected {", ".join(CLOUD_SUFFIXES)} files or '
+                f'folder {path} has no scans; expected {", ".join(CLOUD_SUFFIXES)} files or '
                 'one .npz'
             )
         self._poses = _find_poses(path)
         if self._poses is not None and len(self._poses) != len(names):
             raise OdometryError(
-                f'folder {path} holds {len(names)} scans but {len(self._poses)} poses; expected '
+                f'folder {path} has {len(names)} scans but {len(self._poses)} poses; expected '
                 'one pose for each scan'
             )
 
@@ -61,7 +61,7 @@ class FolderScans:
         return self._poses is not None
 
     def __len__(self) -> int:
-        """Count the scans."""
+        """Return the number of scans."""
         return len(self._names)
 
     def __iter__(self) -> Iterator[Scan]:
@@ -87,7 +87,7 @@ class FolderScans:
 
 
 def _natural_key(name: Path | str) -> list[tuple[int, str]]:
-    """Sort key under which scan2 comes before scan10."""
+    """Return a sort key that puts scan2 before scan10."""
     parts = re.split(r'(\d+)', name.name if isinstance(name, Path) else name)
     return [(int(part), '') if part.isdecimal() else (-1, part) for part in parts]
 
@@ -96,7 +96,7 @@ def _single_archive(path: Path) -> Path | None:
     archives = sorted(path.glob('*.npz'))
     if len(archives) > 1:
         raise CloudFormatError(
-            f'folder {path} holds {len(archives)} .npz archives; expected one with all scans'
+            f'folder {path} has {len(archives)} .npz archives; expected one with all scans'
         )
     return archives[0] if archives else None
 
@@ -121,14 +121,14 @@ def _archived_points(archive: ArrayArchive, name: str) -> NDArray[np.float32]:
             f'{points.dtype} {points.shape}'
         )
     with np.errstate(over='ignore'):
-        # A float64 beyond float32 becomes infinite here and is dropped below.
+        # A float64 out of the range of float32 becomes infinite here and is dropped below.
         points = points[:, :3].astype(np.float32)
     finite: NDArray[np.float32] = points[np.isfinite(points).all(axis=1)]
     return finite
 
 
 def _find_poses(path: Path) -> Trajectory | None:
-    """Return the poses of the one file that holds some; read-me files are passed over."""
+    """Return the poses of the only pose file, or None; other text files are skipped."""
     found: dict[str, Trajectory] = {}
     for file in sorted(p for p in path.iterdir() if p.suffix.lower() in _POSE_SUFFIXES):
         try:
@@ -137,7 +137,5 @@ def _find_poses(path: Path) -> Trajectory | None:
             if 'pose' in file.name.lower() or file.suffix.lower() == '.tum':
                 raise
     if len(found) > 1:
-        raise OdometryError(
-            f'folder {path} holds several pose files: {", ".join(found)}; keep one'
-        )
+        raise OdometryError(f'folder {path} has several pose files: {", ".join(found)}; keep one')
     return next(iter(found.values()), None)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What every recording of lidar scans yields, whatever it is stored in."""
+"""Scan types that the readers of all recording formats yield."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ class Scan:
     Parameters
     ----------
     stamp_ns
-        Sensor time of the last point, which is the instant that poses are of; where points have
-        no times of their own, that of the middle of the sweep.
+        Time of the last point, to which poses refer; the middle of the sweep if points have no
+        times.
     points : (P, 3) float32
-        Finite returns, sensor frame [m]; a planar scanner's lie in z = 0. Where planar scanners
-        are mounted on a robot, its base is the sensor.
+        Finite returns, sensor frame [m]; z = 0 for planar scanners. For planar scanners mounted
+        on a robot, the sensor frame is the robot's base.
     time_s : (P,) float64
-        Times of the points since the first one; None if the recording has none.
+        Times of the points since the first one [s]; None if the recording has none.
     T_odom_sensor : (4, 4) float64
-        Pose that the recording brings; None for raw clouds, which need an odometry (see
+        Pose from the recording; None for raw clouds, which need odometry (see
         :class:`fpnet_core.odometry.KissOdometry`).
     T_truth_sensor : (4, 4) float64
-        Ground truth in its own frame, for evaluation only; None unless asked for.
+        Ground truth in its own frame, for evaluation only; None unless requested.
     viewpoints : (P, 3) float32
-        Where each point's ray began, sensor frame [m]; None: in its origin. Those of several
-        scanners in one sweep begin in different places.
+        Origin of each point's ray, sensor frame [m]; None means the frame's origin. Merged
+        scanners have different origins in one sweep.
     T_base_sensor : (4, 4) float64
-        Place of the sensor on the robot, whose base is level; None: nobody knows, and the sensor
-        is taken to be.
+        Mount of the sensor on the robot, whose base is level; None if unknown, and then the
+        sensor is assumed to be level.
     R_gyro_sensor : (3, 3) float64
-        Orientation at the stamp by a gyroscope, in a frame that drifts slowly; None without one.
+        Orientation from a gyroscope at the stamp, in a slowly drifting frame; None without one.
     """
 
     stamp_ns: int
@@ -56,7 +56,7 @@ class Scan:
 
     @property
     def first_ns(self) -> int:
-        """The instant of the first point; the stamp where points have no times."""
+        """Time of the first point; the stamp if points have no times."""
         if self.time_s is None or not len(self.time_s):
             return self.stamp_ns
         return self.stamp_ns - round(float(self.time_s.max()) * NS_PER_S)
@@ -65,9 +65,9 @@ class Scan:
         self, T_before_now: NDArray[np.float64], seconds: float | None = None
     ) -> Self:
         """
-        Return all points as seen at the stamp, given the sensor's motion up to it.
+        Deskew: return all points relative to the sensor's pose at the stamp.
 
-        ``seconds`` are those that the motion took; None: since the first point.
+        ``T_before_now`` is the motion over the last ``seconds``; None: since the first point.
         """
         if self.time_s is None or self.first_ns == self.stamp_ns:
             return self
@@ -83,16 +83,16 @@ class Scan:
 @dataclass(frozen=True, eq=False)
 class RegisteredSweep:
     """
-    A sweep and where it was taken.
+    A deskewed sweep with its pose.
 
     Parameters
     ----------
     points : (Q, 3) float32
-        As seen from where the sensor was at the end of the sweep [m].
+        In the sensor frame at the end of the sweep [m].
     T_odom_sensor : (4, 4) float64
-        Pose at that instant.
+        Pose at that time.
     viewpoints : (Q, 3) float32
-        Where the points' rays began, in the same frame; None: in its origin.
+        Origins of the points' rays in the same frame; None means the frame's origin.
     """
 
     points: NDArray[np.float32]
@@ -105,14 +105,14 @@ class ScanSource(Protocol):
 
     @property
     def kind(self) -> Literal['bag', 'carmen', 'folder']:
-        """What the scans are stored in."""
+        """Storage format of the scans."""
 
     @property
     def has_poses(self) -> bool:
-        """Whether scans bring ``T_odom_sensor``."""
+        """Whether scans have ``T_odom_sensor``."""
 
     def __len__(self) -> int:
-        """Count the scans, an upper bound where some have no pose and are left out."""
+        """Return the number of scans, an upper bound if some have no pose and are skipped."""
 
     def __iter__(self) -> Iterator[Scan]:
         """Yield the scans."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a running localizer shows to those who watch from another process, as bytes."""
+"""Serialization of a running localizer's output for viewers in other processes."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from fpnet_core.types import LocalizerOutput, Segmentation
 
 Value = TypeVar('Value')
 
-_LEVEL = 1  # numerical: rasters are mostly runs of one value, and a tick waits for it
+_LEVEL = 1  # numerical: rasters are mostly runs of one value, and an update waits for the result
 
 
 @dataclass(frozen=True, eq=False)
 class ShownPlan:
-    """A floorplan's rooms; each that a localizer shows has another ``number``."""
+    """Rooms of a floorplan; each plan of a localizer has a different ``number``."""
 
     number: int
     name: str
@@ -35,10 +35,10 @@ class ShownPlan:
 @dataclass(frozen=True, eq=False)
 class ShownTick:
     """
-    A tick on the plan of that ``number``.
+    An update on the plan with that ``number``.
 
-    ``T_odom_base`` is where odometry had the robot at the newest scan of the tick's submap; None
-    if nobody knows. ``poses`` are those that were published since the tick before, plan frame.
+    ``T_odom_base`` is the odometry pose at the newest scan of the update's submap; None if
+    unknown. ``poses`` are those published since the previous update, plan frame.
     """
 
     number: int
@@ -48,7 +48,7 @@ class ShownTick:
 
 
 def packed(value: object) -> bytes:
-    """Return a frozen value, whole, as bytes."""
+    """Return a frozen value as bytes."""
     file = BytesIO()
     np.savez(file, **to_arrays(value))  # type: ignore[arg-type]
     return zlib.compress(file.getbuffer(), _LEVEL)
@@ -56,12 +56,12 @@ def packed(value: object) -> bytes:
 
 def unpacked(kind: type[Value], data: bytes) -> Value:
     """
-    Return the value of type ``kind`` that :func:`packed` took apart.
+    Return the value of type ``kind`` from the bytes of :func:`packed`.
 
     Raises
     ------
     FpnetError
-        If it is another one's, or damaged.
+        If the bytes are damaged or of another type.
     """
     try:
         opened = zlib.decompressobj()
@@ -71,6 +71,6 @@ def unpacked(kind: type[Value], data: bytes) -> Value:
         return from_arrays(kind, read_arrays(file))
     except (ValueError, OSError, zlib.error) as error:
         raise FpnetError(
-            f'{len(data)} bytes describe no {kind.__name__}: {error}; both sides need the same '
-            'version of fpnet'
+            f'{len(data)} bytes do not describe a {kind.__name__}: {error}; both sides need the '
+            'same version of fpnet'
         ) from None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Timed poses in text files: TUM, KITTI and BALM layouts."""
+"""Reader and writer for trajectories in text files: TUM, KITTI and BALM formats."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from fpnet_core.stamps import NS_PER_S
 
 KITTI_PERIOD_NS = 100_000_000
 """
-KITTI pose files carry no time: poses are taken to be a tenth of a second apart. Physical: KITTI's
-lidar turns ten times a second.
+KITTI pose files have no times: poses are assumed to be 0.1 s apart. Physical: KITTI's lidar
+turns ten times a second.
 """
 
 _TUM_COLUMNS, _KITTI_COLUMNS, _BALM_COLUMNS = 8, 12, 4  # given
@@ -39,7 +39,7 @@ class Trajectory:
     T_frame_body: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Count the poses."""
+        """Return the number of poses."""
         return len(self.stamps_ns)
 
     @property
@@ -63,7 +63,7 @@ def read_tum(path: Path | str) -> Trajectory:
     Raises
     ------
     OdometryError
-        If the file is missing, holds no pose, or a line is malformed.
+        If the file is missing, has no pose, or a line is malformed.
     """
     path = Path(path)
     rows = _read_rows(path)
@@ -76,17 +76,17 @@ def read_tum(path: Path | str) -> Trajectory:
 
 def read_poses(path: Path | str) -> Trajectory:
     """
-    Read a pose file whose layout shows in its number of columns.
+    Read a pose file; the number of columns determines the format.
 
     8 is TUM; 12 is KITTI and KISS-ICP (rows of a 3 x 4 matrix, no time); 4 is BALM (4 x 4
     matrices over four lines, with the time in place of the last element). Values are separated
     by blanks or commas. A ``.npy`` file holds an array ``(S, 4, 4)``, as KISS-ICP writes it, and
-    no time.
+    no times.
 
     Raises
     ------
     OdometryError
-        If the file is missing, holds no pose, or fits none of the layouts.
+        If the file is missing, has no pose, or matches none of the formats.
     """
     path = Path(path)
     if path.suffix.lower() == '.npy':
@@ -96,7 +96,7 @@ def read_poses(path: Path | str) -> Trajectory:
 
 def write_covariances(path: Path | str, stamps_ns: ArrayLike, covariances: ArrayLike) -> None:
     """
-    Write what poses may be off by, a line for each: time [s] and six entries, with a header.
+    Write pose covariances as CSV with a header: time [s] and six entries per line.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def write_tum(
     path: Path | str, stamps_ns: ArrayLike, xy: ArrayLike, yaw: ArrayLike, z: float = 0.0
 ) -> None:
     """
-    Write planar poses as ``t x y z qx qy qz qw`` lines, times to the nanosecond.
+    Write planar poses as ``t x y z qx qy qz qw`` lines, with times in full nanoseconds.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _read_rows(path: Path) -> list[list[str]]:
     except OSError as error:
         raise OdometryError(f'cannot read poses {path}: {error.strerror}') from None
     except UnicodeDecodeError:
-        raise OdometryError(f'{path} is no pose file: it is not text') from None
+        raise OdometryError(f'{path} is not a pose file: it is not text') from None
     lines = (line.split('#', 1)[0].replace(',', ' ').split() for line in text.splitlines())
     return [line for line in lines if line]
 
@@ -199,7 +199,7 @@ def _read_npy(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     except OSError as error:
         raise OdometryError(f'cannot read poses {path}: {error.strerror or error}') from None
     except ValueError as error:
-        raise OdometryError(f'{path} is no array of poses: {error}') from None
+        raise OdometryError(f'{path} is not an array of poses: {error}') from None
     if poses.dtype.kind not in 'fiu' or poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise OdometryError(
             f'{path}: expected poses (S, 4, 4) as numbers, got {poses.dtype} {poses.shape}'
@@ -238,12 +238,12 @@ def _identities(count: int) -> NDArray[np.float64]:
 def _as_floats(rows: list[list[str]]) -> NDArray[np.float64]:
     values = np.array(rows, dtype=np.float64)
     if not np.isfinite(values).all():
-        raise ValueError('a pose holds NaN or infinity')
+        raise ValueError('a pose contains NaN or infinity')
     return values
 
 
 def _stamps(texts: list[str]) -> NDArray[np.int64]:
-    # Seconds since 1970 with nanoseconds do not fit a double: 1.6e9 s leaves 200 ns.
+    # A double cannot hold seconds since 1970 with nanoseconds: at 1.6e9 s its step is 200 ns.
     seconds = [Decimal(text) for text in texts]
     if not all(second.is_finite() for second in seconds):
         raise ValueError('a time is not finite')

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""True poses of a recording, to compare a run with."""
+"""Reader for ground truth poses of a recording."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from fpnet_core.plain_files import regular
 from fpnet_core.trajectory import PlanarTrajectory
 
 TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
-"""What a simulated recording holds besides its bag and floorplan."""
+"""Files of a simulated recording besides its bag and floorplan."""
 
 RESOLUTION_KEY = 'floorplan_resolution_m'
-"""Of the JSON: metres per pixel of the floorplan whose nominal metres it speaks of."""
+"""JSON key of the floorplan's resolution, which defines the nominal metres."""
 
-_SAME = 1e-3  # numerical: resolutions differ by a larger share
+_SAME = 1e-3  # numerical: relative difference up to which resolutions count as equal
 
 
 def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
     """
     Return true poses and the map from their metres to the floorplan's nominal ones.
 
-    ``path`` is a TUM file: that of a simulated recording, whose ``truth.json`` beside it says how
-    the floorplan is distorted, or one of poses on the floorplan.
+    ``path`` is a TUM file: either of a simulated recording, with the floorplan's distortion in
+    ``truth.json`` next to it, or of poses in the floorplan's frame.
 
     Raises
     ------
@@ -42,12 +42,12 @@ def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
 
 def check_truth(path: Path, resolution_m: float) -> None:
     """
-    Check that true poses of a simulated recording are of a floorplan as it was read.
+    Check that a simulated recording's true poses match the resolution of the floorplan.
 
     Raises
     ------
     FpnetError
-        If the floorplan had another resolution, and so other nominal metres.
+        If the resolutions differ, and with them the nominal metres.
     """
     beside = path.with_name(TRUTH_NAME)
     if path.name != TRUTH_POSES_NAME or not beside.exists():
@@ -55,8 +55,8 @@ def check_truth(path: Path, resolution_m: float) -> None:
     stated = read_json(beside, 'record it again').get(RESOLUTION_KEY)
     if isinstance(stated, float) and abs(resolution_m / stated - 1.0) > _SAME:
         raise FpnetError(
-            f'{path} is of the floorplan at {stated:.5g} m per pixel, which was read at '
-            f'{resolution_m:.5g}; give its YAML without --resolution, or leave out --truth'
+            f'{path} is for the floorplan at {stated:.5g} m per pixel, but it was read at '
+            f'{resolution_m:.5g}; pass its YAML without --resolution, or leave out --truth'
         )
 
 
@@ -78,7 +78,7 @@ def read_distortion(path: Path) -> Affine2D:
 
 def read_planar(path: Path) -> PlanarTrajectory:
     """
-    Read the poses of a TUM file; a file without poses is a trajectory without poses.
+    Read the poses of a TUM file; an empty file gives an empty trajectory.
 
     Raises
     ------
@@ -93,12 +93,12 @@ def read_planar(path: Path) -> PlanarTrajectory:
 
 def read_json(path: Path, remedy: str) -> dict[str, Any]:
     """
-    Return what a JSON file holds; ``remedy`` ends the error's line.
+    Return the object in a JSON file; ``remedy`` is appended to error messages.
 
     Raises
     ------
     FpnetError
-        If the file is missing or no JSON object.
+        If the file is missing or not a JSON object.
     """
     try:
         values = json.loads(regular(path).read_text(encoding='utf-8'))
@@ -107,5 +107,5 @@ def read_json(path: Path, remedy: str) -> dict[str, Any]:
     except ValueError as error:
         raise FpnetError(f'{path} is not valid JSON ({error}); {remedy}') from None
     if not isinstance(values, dict):
-        raise FpnetError(f'{path} holds no JSON object; {remedy}')
+        raise FpnetError(f'{path} is not a JSON object; {remedy}')
     return values

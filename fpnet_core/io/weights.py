@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Network weights: a safetensors file and the JSON manifest beside it, read strictly.
+Reader and writer for network weights: a safetensors file with a JSON manifest.
 
 The manifest ``NAME.json`` of ``NAME.safetensors`` holds the file's ``sha256``, the feature
-``schema`` the network was trained on, the ``network`` configuration, every tensor's shape, and
-how the weights came about (``training``, ``figures``). Nothing is unpickled, and nothing is
-loaded that the manifest does not describe.
+``schema`` that the network was trained on, the ``network`` configuration, every tensor's shape,
+and the origin of the weights (``training``, ``figures``). The reader unpickles nothing and
+refuses tensors that the manifest does not describe.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fpnet_core.errors import WeightsError
 from fpnet_core.io.atomic import replaced
 
 _ONNX = '.onnx.xz'  # given
-# Numerical: bytes of a number are packed by their place in it; those of half precision are zero.
+# Numerical: LZMA models bytes by their position in a number; low bytes of float16 values are zero.
 _FILTERS = ({'id': lzma.FILTER_LZMA2, 'preset': 9, 'lc': 0, 'lp': 2, 'pb': 2},)
 
 PACKAGED_NAME = 'matcher.safetensors'
@@ -40,7 +40,7 @@ _REMEDY = 'reinstall fpnet_ros or train again with fpnet train matcher'
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Tensors by name, and the manifest that describes them."""
+    """Tensors by name, with their manifest."""
 
     tensors: dict[str, NDArray[Any]]
     manifest: dict[str, Any]
@@ -52,15 +52,15 @@ def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) 
 
     Parameters
     ----------
-    path : a ``.safetensors`` file with its manifest beside it; None reads the one packaged as
-        ``packaged``
-    schema : of the features that the caller computes
+    path : a ``.safetensors`` file with its manifest in the same folder; None reads the file
+        ``packaged`` of the package
+    schema : schema of the features that the caller computes
 
     Raises
     ------
     WeightsError
         If a file is missing or malformed, the hash or the feature schema differs, or a tensor is
-        missing, unexpected or of another shape.
+        missing, unexpected or of the wrong shape.
     """
     folder: Traversable = resources.files('fpnet_core.weights') if path is None else path.parent
     name = packaged if path is None else path.name
@@ -77,10 +77,10 @@ def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) 
 
 def read_onnx(path: Path | None, schema: int, packaged: str) -> tuple[bytes, dict[str, Any]]:
     """
-    Read and check a network that is stored as ONNX, packed by LZMA; return it unpacked.
+    Read and check an LZMA-compressed ONNX network; return it uncompressed with its manifest.
 
-    ``path`` has its manifest beside it; None reads the one packaged as ``packaged``. Returns the
-    network and the manifest.
+    The manifest is in the same folder as ``path``; None reads the file ``packaged`` of the
+    package.
 
     Raises
     ------
@@ -94,16 +94,16 @@ def read_onnx(path: Path | None, schema: int, packaged: str) -> tuple[bytes, dic
     try:
         return lzma.decompress(data), manifest
     except lzma.LZMAError as error:
-        raise WeightsError(f'{name}: not packed by LZMA ({error}); {_REMEDY}') from None
+        raise WeightsError(f'{name}: not LZMA-compressed ({error}); {_REMEDY}') from None
 
 
 def write_onnx(path: Path, network: bytes, schema: int, facts: Mapping[str, Any]) -> None:
-    """Write what :func:`read_onnx` reads; ``facts`` hold ``network`` at least."""
+    """Write a network for :func:`read_onnx`; ``facts`` must contain ``network``."""
     data = lzma.compress(network, filters=_FILTERS)
     manifest = {'sha256': hashlib.sha256(data).hexdigest(), 'schema': schema, **facts}
-    with replaced(path) as packed, replaced(_manifest_of(path)) as said:
+    with replaced(path) as packed, replaced(_manifest_of(path)) as manifest_file:
         packed.write_bytes(data)
-        said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
+        manifest_file.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
 
 
 def write_weights(
@@ -112,12 +112,12 @@ def write_weights(
     """
     Write ``path`` (.safetensors) and its manifest.
 
-    Both take their names when both are complete; should a machine stop between the two renames,
-    the hash tells.
+    Both files are renamed to their final names once both are complete. If the machine stops
+    between the two renames, the hash does not match.
 
-    ``facts`` are the manifest's other entries, JSON-serialisable; ``network`` must be among them.
+    ``facts`` are the manifest's other entries, JSON-serialisable; must contain ``network``.
     """
-    # Row-major copies, because safetensors stores the buffer as it lies in memory.
+    # Copy to row-major order, because safetensors stores the buffer as it is in memory.
     data = safetensors.numpy.save({key: np.array(value) for key, value in tensors.items()})
     manifest = {
         'sha256': hashlib.sha256(data).hexdigest(),
@@ -125,13 +125,13 @@ def write_weights(
         **facts,
         'tensors': {key: list(value.shape) for key, value in sorted(tensors.items())},
     }
-    with replaced(path) as weights, replaced(_manifest_of(path)) as said:
+    with replaced(path) as weights, replaced(_manifest_of(path)) as manifest_file:
         weights.write_bytes(data)
-        said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
+        manifest_file.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
 
 
 def _checked(folder: Traversable, name: str, manifest: dict[str, Any], schema: int) -> bytes:
-    """Return a file's bytes if they are those of its manifest and of this schema."""
+    """Return a file's bytes after checking them against manifest and schema."""
     if manifest['schema'] != schema:
         raise WeightsError(
             f'{name}: made for feature schema {manifest["schema"]!r}, this version computes '
@@ -151,12 +151,12 @@ def network_of(
     weights: Weights, what: str, names: Mapping[str, Sequence[str]], remedy: str
 ) -> dict[str, Any]:
     """
-    Return the manifest's ``network``, made for figures or classes of these ``names``.
+    Return the manifest's ``network`` after checking its lists of features or classes.
 
     Raises
     ------
     WeightsError
-        Saying that other ones make ``what`` useless, and what to train again with.
+        If a list differs from ``names``; the message says how to train ``what`` again.
     """
     network: dict[str, Any] = weights.manifest['network']
     for key, expected in names.items():
@@ -171,7 +171,7 @@ def network_of(
 def check_shapes(
     name: str, tensors: Mapping[str, NDArray[Any]], expected: Mapping[str, tuple[int, ...]]
 ) -> None:
-    """Raise WeightsError naming the first tensor that is missing, unexpected or misshapen."""
+    """Raise WeightsError for the first tensor that is missing, unexpected or misshapen."""
     found = {key: value.shape for key, value in tensors.items()}
     for key in sorted({*found, *expected}):
         if found.get(key) != expected.get(key):
@@ -201,7 +201,7 @@ def _read_manifest(folder: Traversable, name: str) -> dict[str, Any]:
     is_onnx = name.endswith(_ONNX)
     if not is_onnx and not name.endswith('.safetensors'):
         raise WeightsError(
-            f'weights {name}: expected a .safetensors file, or {_ONNX} of the parser'
+            f'weights {name}: expected a .safetensors file, or an {_ONNX} file of the parser'
         )
     manifest_name = str(_manifest_of(Path(name)))
     try:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cadence, hypotheses over time, and what may be claimed."""
+"""Localization over time: updates, hypotheses and the decision to publish a pose."""
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer.global_localizer import GlobalLocalizer
@@ -20,7 +20,7 @@ __all__ = [
     'Replay',
     'ReplayResult',
     'StoreyPlan',
-    'create_finder',
+    'create_global_localizer',
     'create_localizer',
     'match_maps',
     'prepare_plan',
@@ -42,7 +42,7 @@ def create_localizer(config: FpnetConfig) -> Localizer:
 
 def create_global_localizer(config: FpnetConfig) -> GlobalLocalizer:
     """
-    Return a finder with the learned matcher and judge, packaged or given weights.
+    Return a global localizer with the learned matcher and scorer, packaged or given weights.
 
     Raises
     ------

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-When the whole plan is searched, and what ticks in between go on from.
+Scheduling of global searches, and reuse of the last one in the updates between.
 
-A tick that searches cuts the submap into rooms, matches them and verifies what they propose. While
-a claim stands and hardly anything new is seen, that finds the same placements again: such ticks
-only follow the claim and its rivals, on walls that are as fresh as those of any other tick.
+A search segments the submap into rooms, matches them and verifies the proposed placements. While
+the status is `localized` and little new is observed, it would find the same placements again.
+Such updates only track the accepted placement and its competitors, on the newest walls.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from fpnet_core.pose import PreparedMap, map_evidence
 from fpnet_core.types import Submap
 
 NEWS_GROWTH = 1.05
-"""A submap larger by this factor shows something new; chosen on drives (notes/localizer.md)."""
+"""Growth of the submap that counts as new; chosen on recordings (notes/localizer.md)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CachedSearch:
     """
-    The last search's regions and matches, and how long ago it was.
+    Regions and matches of the last search, and its age.
 
-    ``free_area_m2`` is the submap's at that time; ``ticks`` have passed since.
+    ``free_area_m2`` is the submap's at that time; ``updates`` have passed since.
     """
 
     sub: PreparedMap
@@ -37,7 +37,7 @@ class CachedSearch:
     updates: int = 0
 
     def holds(self, submap: Submap, config: LocalizerConfig) -> bool:
-        """Tell whether the next tick may go on from this search."""
+        """Return whether the next update may reuse this search."""
         is_recent = self.updates + 1 < config.search_every_updates
         return is_recent and submap.free_area_m2 < NEWS_GROWTH * self.free_area_m2
 
@@ -48,7 +48,7 @@ class CachedSearch:
         submap: Submap,
         timer: StageTimer,
     ) -> tuple[CachedSearch, Candidates]:
-        """Return this search one tick later, and the tracked placements on new evidence."""
+        """Return this search one update later, and the tracked placements on new evidence."""
         with timer.stage('evidence'):
             sub = replace(self.sub, evidence=map_evidence(submap.grid))
         found = global_localizer.follow(replace(query, sub=sub), self.match, timer)

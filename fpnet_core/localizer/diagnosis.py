@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Why a run or a match has no answer: what was seen is looked at once more, offline.
+Offline diagnosis of a run or a match without a pose.
 
-The same search is made over a much wider range of scales and on the drawing's mirror image; what
-they find is the proof that one look of a running localizer cannot afford.
+The search is repeated over a much wider range of scales and on the mirrored plan. A running
+localizer cannot afford these tests within an update.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ from fpnet_core.segmentation.moved import mirrored_rooms
 from fpnet_core.trajectory import path_length
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
-# Chosen: a map that is bent by less fits as well as a straight one.
+# Chosen: drift up to which a submap fits as well as one without drift.
 _STRAIGHT_DEG, _STRAIGHT_M = 3.0, 0.3
-_FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
-# Numerical: scales from a third to three times what was taken, or what rooms tell instead.
+_FARTHEST_M = 5.0  # physical: indoors, a robot that drove this far has passed a wall
+# Numerical: scales from a third to three times the one in use, or the one estimated from rooms.
 _WIDEST = 2.0
 
 
@@ -60,17 +60,17 @@ def explain_run(
     sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
-    Return the likely causes of a run's having no answer, the likeliest first.
+    Return the likely causes of a run without a pose, most likely first.
 
     Parameters
     ----------
-    outputs : all ticks of the run, in time order
-    plan : the floorplan, as the localizer was given it
+    outputs : all updates of the run, in time order
+    plan : the floorplan, as given to the localizer
     matcher, config : as the localizer's
-    reading : how the plan was read; None where nobody knows
-    asked : what was typed, for the next commands
-    storey : of the sheet, as it was asked for
-    sensed : what the scans themselves tell; None where nobody has looked
+    reading : parse result of the plan; None if unknown
+    invocation : the user's command line, for the next commands
+    storey : the selected one on the sheet
+    sensed : findings from the scans alone; None if not checked
     """
     seen = [output.submap for output in outputs if output.submap is not None]
     found = Findings(
@@ -93,13 +93,13 @@ def explain_run(
             estimate, segmentation = reading.estimate, reading.segmented(config.segmentation)
         floorplan = Floorplan.prepared(plan, config, estimate, segmentation=segmentation)
         found = replace(found, scale_conflict=floorplan.scale_conflict)
-        found = _looked_at(found, largest, floorplan, matcher, config)
+        found = _with_new_search(found, largest, floorplan, matcher, config)
         if found.drift is not None:
             kept = [o.submap for o in outputs if o.submap is not None and not is_brief(o)]
             straight_m = _straight_m(found.drift)
             early = [submap for submap in kept if path_length(submap.path_xy) <= straight_m]
-            found = replace(found, early=_early(early, floorplan, matcher, config))
-    return causes_of(_of_reading(found, reading, storey), invocation)
+            found = replace(found, early=_early_fit(early, floorplan, matcher, config))
+    return causes_of(_with_reading(found, reading, storey), invocation)
 
 
 def explain_match(
@@ -110,7 +110,7 @@ def explain_match(
     invocation: Invocation | None = None,
     storey: int | None = None,
 ) -> tuple[Cause, ...]:
-    """Return the likely causes of a match's having no answer; parameters as of a run."""
+    """Return the likely causes of a match without a result; parameters as in explain_run."""
     global_localizer = GlobalLocalizer(
         matcher, PlacementScorer.configured(config.localizer), config
     )
@@ -119,8 +119,8 @@ def explain_match(
         scale_conflict = denied_scale(match.plan, config)
     found = Findings(0.0, 0.0, says_scale=match.sub_is_stated, scale_conflict=scale_conflict)
     query = MatchQuery(match.plan, match.sub, match.area_m2, match.search)
-    found = _of_tests(found, query, match.candidates.posterior, global_localizer)
-    return causes_of(_of_reading(found, reading, storey), invocation)
+    found = _with_tests(found, query, match.candidates.posterior, global_localizer)
+    return causes_of(_with_reading(found, reading, storey), invocation)
 
 
 def causes_of_look(
@@ -133,10 +133,10 @@ def causes_of_look(
     sensed: Sensed | None = None,
 ) -> tuple[Cause, ...]:
     """
-    Return the likely causes as far as one look tells; none where something is claimed.
+    Return the likely causes known after one update; none if the status is `localized`.
 
-    ``denial`` is what the plan's rooms say of its scale where they deny it, ``sensed`` what the
-    scans themselves tell.
+    ``scale_conflict`` is the scale estimated from the plan's rooms if it contradicts the plan's
+    own, ``sensed`` the findings from the scans alone.
     """
     if status is Status.LOCALIZED:
         return ()
@@ -149,13 +149,13 @@ def causes_of_look(
         driven_m=driven_m,
         sensed=sensed or Sensed(),
     )
-    return causes_of(_of_look(found, query, posterior))
+    return causes_of(_with_search(found, query, posterior))
 
 
 def causes_of_waiting(
     submap: Submap | None, config: FpnetConfig, has_scans: bool
 ) -> tuple[Cause, ...]:
-    """Return the cause of a tick that has seen too little for a look."""
+    """Return the cause of an update that has too few observations to match."""
     seen_m2 = 0.0 if submap is None else submap.free_area_m2
     is_blind = has_scans and (submap is None or _is_blind(submap))
     needed_m2 = config.localizer.min_explored_m2
@@ -163,22 +163,22 @@ def causes_of_waiting(
 
 
 def _is_blind(submap: Submap) -> bool:
-    """Tell whether a robot that has driven so far should have seen a wall, and has not."""
+    """Return whether a robot that drove far enough to observe a wall has observed none."""
     return path_length(submap.path_xy) > _FARTHEST_M and not (submap.grid.cells == OCCUPIED).any()
 
 
-def _looked_at(
+def _with_new_search(
     found: Findings,
     submap: Submap,
     floorplan: Floorplan,
     matcher: RegionMatcher,
     config: FpnetConfig,
 ) -> Findings:
-    """Return ``found`` with what a fresh search of one submap says, and wider ones."""
+    """Return ``found`` with the results of a new search of one submap and of wider ones."""
     global_localizer = GlobalLocalizer(
         matcher, PlacementScorer.configured(config.localizer), config
     )
-    query = _asked(submap, floorplan)
+    query = _match_query(submap, floorplan)
     if query.area_m2 < found.needed_m2:
         return replace(
             found,
@@ -186,19 +186,19 @@ def _looked_at(
             seen_m2=query.area_m2,
             plan_m2=query.plan.evidence.free_area_m2,
         )
-    return _of_tests(
+    return _with_tests(
         found, query, global_localizer.find(query, StageTimer()).posterior, global_localizer
     )
 
 
-def _early(
+def _early_fit(
     seen: Sequence[Submap], floorplan: Floorplan, matcher: RegionMatcher, config: FpnetConfig
 ) -> Fit | None:
-    """Return how well the largest of some submaps fits; None where it shows too little."""
+    """Return the best fit of the largest of some submaps; None if it has too few walls."""
     if not seen:
         return None
     submap = max(seen, key=lambda submap: submap.free_area_m2)
-    query = _asked(submap, floorplan)
+    query = _match_query(submap, floorplan)
     if query.sub.evidence.wall_length_m < FEW_WALLS_M:
         return None
     global_localizer = GlobalLocalizer(
@@ -208,20 +208,20 @@ def _early(
 
 
 def _straight_m(drift: DoubleWalls | TurningWalls) -> float:
-    """Return the way on which odometry that drifts like this hardly bends a map."""
+    """Return the path length over which such drift hardly deforms a map [m]."""
     times = drift.turn_deg / _STRAIGHT_DEG
     if isinstance(drift, DoubleWalls):
         times = max(times, drift.shift_m / _STRAIGHT_M)
     return drift.path_m / max(times, 1.0)
 
 
-def _asked(submap: Submap, floorplan: Floorplan) -> MatchQuery:
-    """Return where a submap lies as a question."""
+def _match_query(submap: Submap, floorplan: Floorplan) -> MatchQuery:
+    """Return the match query for a submap."""
     sub, _ = prepare_submap(submap, SubmapSegmenter(), StageTimer())
     return MatchQuery(floorplan.working, sub, submap.free_area_m2, floorplan.scale.search)
 
 
-def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
+def _with_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
     if reading is None:
         return found
     cells_per_pixel = reading.scale.resolution_m / reading.grid.resolution
@@ -234,7 +234,7 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
     )
 
 
-def _of_look(found: Findings, query: MatchQuery, posterior: Posterior) -> Findings:
+def _with_search(found: Findings, query: MatchQuery, posterior: Posterior) -> Findings:
     factors = (query.search.wide_scales or query.search).factors
     shares, probability = alike(posterior)
     return replace(
@@ -250,11 +250,11 @@ def _of_look(found: Findings, query: MatchQuery, posterior: Posterior) -> Findin
     )
 
 
-def _of_tests(
+def _with_tests(
     found: Findings, query: MatchQuery, posterior: Posterior, global_localizer: GlobalLocalizer
 ) -> Findings:
-    """Return ``found`` with what a look, wider scales and the mirror image lead to."""
-    found = _of_look(found, query, posterior)
+    """Return ``found`` with the results on the plan, at wider scales and on the mirror image."""
+    found = _with_search(found, query, posterior)
     factors = allowed_scales(_WIDEST) / (
         found.scale_conflict.factor if found.scale_conflict else 1.0
     )
@@ -262,6 +262,6 @@ def _of_tests(
     mirror = prepared_plan(mirrored_rooms(query.plan.segmentation))
     rescaled = global_localizer.find(replace(query, search=wide), StageTimer()).posterior
     mirrored = global_localizer.find(replace(query, plan=mirror), StageTimer()).posterior
-    # The two compete as equals here: that drawings are rarely mirrored is for the reader to weigh.
+    # Equal odds here: the user weighs that drawings are rarely mirrored.
     contest = global_localizer.scorer.against_mirror(mirrored, posterior, 0.0)
     return replace(found, rescaled=Fit.of(rescaled), mirror=Fit.of(contest))

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The floorplan as the localizer holds it: in working metres, with its scale and its mirror image.
+The localizer's floorplan in working metres, with its scale and mirror image.
 
 Working metres are the drawing's nominal ones, unless its scale is unknown: then rooms and doors
-suggest how long a true metre is, and everything inside the localizer is in metres so estimated.
-What comes out is in nominal metres again.
+give an estimate of the true metre, and the localizer works in metres so estimated.
+Its results are converted back to nominal metres.
 """
 
 from __future__ import annotations
@@ -35,15 +35,14 @@ from fpnet_core.types import GridMap, PlanScale, Segmentation, Status
 @dataclass(frozen=True, eq=False)
 class Floorplan:
     """
-    One floorplan and what has been learned about it.
+    One floorplan and what was estimated about it.
 
-    ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
-    rooms and doors of the last two are the same ones, in the same order. Where the scale is stated
-    both are one. ``factor`` is working metres per nominal metre, ``mirror`` the working side of
-    the drawing's mirror image, None until somebody has looked at it. ``denial`` is what rooms,
-    doors and walls say where that is beyond doubt another scale than was stated. On a site,
-    ``name`` is that of the storey, and ``log_prior`` how probable that is before looking, as a
-    logarithm.
+    ``given`` is the drawing as received, ``nominal`` is for drawing, ``working`` for comparing;
+    the last two have the same rooms and doors in the same order. If the scale is stated they are
+    the same object. ``factor`` is working metres per nominal metre, ``mirror`` the prepared map of
+    the drawing's mirror image in working metres, None until it is needed. ``scale_conflict`` is
+    the scale by rooms, doors and walls if it contradicts the stated one significantly. On a site,
+    ``name`` is that of the storey, and ``log_prior`` its log prior.
     """
 
     given: GridMap
@@ -66,16 +65,16 @@ class Floorplan:
         segmentation: Segmentation | None = None,
     ) -> Floorplan:
         """
-        Return a drawing cut into rooms.
+        Return a drawing segmented into rooms.
 
-        ``estimate`` is what is known of the scale where it is unknown; None asks rooms and doors.
-        ``policy`` is how far this floorplan's is trusted; None: as configured.
-        ``segmentation`` are its rooms and doors at the scale it has; None: nobody has cut it.
+        ``estimate`` is the prior if the scale is unknown; None: estimate it by rooms and doors.
+        ``policy`` is the scale policy of this floorplan; None: as configured.
+        ``segmentation`` are its rooms and doors at its scale; None: compute it.
 
         Raises
         ------
         MapFormatError
-            If the drawing holds no room.
+            If the drawing contains no room.
         """
         policy = policy or config.localizer.scale_policy
         if policy != 'unknown':
@@ -88,7 +87,7 @@ class Floorplan:
         else:
             working = prepare_plan(rescaled(grid, factor), config)
             rooms = rescaled_rooms(working.segmentation, 1.0 / factor)
-            given = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
+            given = replace(grid, cells=rooms.grid.cells)  # keeps the exact pose of the grid
             nominal = prepared_plan(replace(rooms, grid=given))
         scale = ScaleHistory.begun(policy, config.pose, estimate)
         scale_conflict = None if policy == 'unknown' else denied_scale(working, config)
@@ -96,20 +95,20 @@ class Floorplan:
 
     @property
     def half_area_m2(self) -> float:
-        """Half of the free area: who has seen so much need not see more to be sure."""
+        """Half of the free area; after observing that much, acceptance needs no new floor."""
         return 0.5 * self.working.evidence.free_area_m2
 
     def with_mirror(self) -> Floorplan:
-        """Return the floorplan with its ``mirror``."""
+        """Return the floorplan with ``mirror`` computed."""
         if self.mirror is not None:
             return self
         return replace(self, mirror=prepared_plan(mirrored_rooms(self.working.segmentation)))
 
     def after(self, estimate: LocalizationState, walls: NDArray[np.float64]) -> Floorplan:
         """
-        Return the floorplan with what a tick tells of its scale: claims measure it.
+        Return the floorplan with its scale updated: accepted placements measure it.
 
-        ``walls (P, 2)`` are those of the submap. Being ambiguous again says nothing.
+        ``walls (P, 2)`` are those of the submap. An ambiguous update changes nothing.
         """
         if estimate.status is Status.LOCALIZED and estimate.best is not None:
             A_plan_submap = estimate.best.A_plan_submap
@@ -120,25 +119,25 @@ class Floorplan:
         return self if is_open else replace(self, scale=self.scale.forgotten())
 
     def to_working(self, T_plan_base: SE2) -> SE2:
-        """Return a pose in nominal metres as one in working metres."""
+        """Return a pose given in nominal metres in working metres."""
         return SE2(T_plan_base.linear, T_plan_base.translation * self.factor)
 
     def placed_in_working(self, A_plan_body: Affine2D) -> Affine2D:
-        """Return a placement in nominal metres as one in working metres."""
+        """Return a placement given in nominal metres in working metres."""
         return Affine2D(A_plan_body.linear * self.factor, A_plan_body.translation * self.factor)
 
     def to_nominal(self, A_plan_body: Affine2D) -> Affine2D:
-        """Return a placement in working metres as one in nominal metres."""
+        """Return a placement given in working metres in nominal metres."""
         return Affine2D(A_plan_body.linear / self.factor, A_plan_body.translation / self.factor)
 
     def nominal_estimates(self, estimates: Placements) -> Placements:
-        """Return placements in working metres as such in nominal metres."""
+        """Return placements given in working metres in nominal metres."""
         A_nominal_working = Affine2D(np.eye(2) / self.factor, np.zeros(2))
         nominal: Placements = A_nominal_working @ estimates
         return nominal
 
     def nominal_covariance(self, covariance: PoseCovariance) -> PoseCovariance:
-        """Return how far a pose in working metres may be off in nominal ones."""
+        """Return a pose covariance given in working metres in nominal metres."""
         smaller = np.diag([1.0 / self.factor, 1.0 / self.factor, 1.0])
         growth = covariance.growth
         return replace(
@@ -152,13 +151,13 @@ class Floorplan:
         )
 
     def nominal_scale(self) -> PlanScale | None:
-        """Return what is known of the scale, nominal metres per true metre."""
+        """Return the estimated scale, nominal metres per true metre; None if unknown."""
         found = self.scale.estimate
         return found and replace(found, stretch=found.stretch / self.factor)
 
 
 def denied_scale(plan: PreparedMap, config: FpnetConfig) -> ScaleEstimate | None:
-    """Return what a plan's rooms, doors and walls say of its scale where they deny it, or None."""
+    """Return the scale by a plan's rooms, doors and walls if it contradicts the plan's own."""
     rooms = plan.segmentation
     told = told_scale(rooms.grid, rooms, config.segmentation)
     return told if told.is_scale_conflict else None

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How a submap is found on a plan: the graph proposes, the raster verifies, the judge weighs."""
+"""Global search for a submap: graph and rasters propose, alignment refines, the scorer ranks."""
 
 from __future__ import annotations
 
@@ -25,35 +25,35 @@ from fpnet_core.pose import (
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
 from fpnet_core.scoring import PlacementScorer, Posterior
 
-# Numerical: more changed no answer and took longer.
+# Numerical: larger values changed no result and took longer.
 _MAX_PAIRS = 800  # region pairs of each kind that become candidates
 # Chosen, not measured:
-_FOCUSED_PAIRS = 250  # the same once the matcher is sure of enough pairs
-_SURE_PAIRS = 4  # above the graded threshold are enough
+_FOCUSED_PAIRS = 250  # the same if the matcher has enough confident pairs
+_SURE_PAIRS = 4  # number of pairs above the graded threshold that is enough
 
 # Chosen, not measured:
-_CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
+_CENTROID_SHARE = 0.05  # scale error of an assignment by centroids of partly observed rooms
 _RASTER_CANDIDATES = 96
-"""Numerical: placements of the raster search that are refined; four to eight at each scale."""
+"""Numerical: refined placements of the raster search; four to eight at each scale."""
 
 
 @dataclass(frozen=True, eq=False)
 class MatchQuery:
     """
-    Where does a submap lie on a plan?
+    Search for the place of a submap on a plan.
 
     Parameters
     ----------
     plan, sub
-        Both sides.
+        Both prepared maps.
     area_m2
-        Floor that was seen; grades the matcher's threshold.
+        Observed floor; selects the graded threshold of the matcher.
     search
         Scales of the plan to try.
     tracked
-        Placements from the last tick, refined beside the new ones.
+        Placements of the last update, refined with the new ones.
     robot_xy : (2,)
-        Where the robot is in the submap; None without one.
+        Position of the robot in the submap; None without one.
     """
 
     plan: PreparedMap
@@ -64,7 +64,7 @@ class MatchQuery:
     robot_xy: RobotXY = None
 
     def aligned(self, placements: Placements) -> Placements:
-        """Return placements aligned with the walls and scored, the best of them."""
+        """Return the best placements after alignment with the walls, scored."""
         return aligned_placements(
             self.plan.evidence,
             self.sub.evidence,
@@ -76,20 +76,20 @@ class MatchQuery:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What one comparison of a submap with the plan found."""
+    """Result of one comparison of a submap with the plan."""
 
     match: MatchResult
     posterior: Posterior
 
     @property
     def estimates(self) -> Placements:
-        """Return the placements, most probable first."""
+        """Placements, most probable first."""
         return self.posterior.placements
 
 
 @dataclass(frozen=True, eq=False)
 class GlobalLocalizer:
-    """Finds submaps on plans: a matcher, a judge and their configuration."""
+    """Global search for submaps on plans, by a matcher and a placement scorer."""
 
     matcher: RegionMatcher
     scorer: PlacementScorer
@@ -97,11 +97,11 @@ class GlobalLocalizer:
 
     def find(self, query: MatchQuery, timer: StageTimer) -> Candidates:
         """
-        Match, propose, align and judge: all placements worth knowing, most probable first.
+        Match, propose, align and score; return all relevant placements, most probable first.
 
-        The region graph and the rasters both propose, so that no competing hypothesis stays
-        hidden behind one that fits. Where the search doubts the scale that was stated, both
-        propose beyond it, too. ``timer`` receives the durations of the stages.
+        Region graph and rasters both propose, so that a good placement does not hide a competing
+        one. If the search has a wide scale prior, both also propose at those
+        scales. ``timer`` receives the durations of the stages.
         """
         with timer.stage('match'):
             match = self.matcher.match(query.plan.graph, query.sub.graph, query.area_m2)
@@ -117,9 +117,9 @@ class GlobalLocalizer:
         self, query: MatchQuery, found: Candidates, timer: StageTimer
     ) -> Candidates:
         """
-        Return ``found`` with the placements that a scale beyond what was stated leads to.
+        Return ``found`` with the placements at scales beyond the stated range.
 
-        That is ``found`` itself where the search tries none.
+        Returns ``found`` itself if the search has no wide scale prior.
         """
         search, match = query.search, found.match
         if search.wide_scales is None:
@@ -132,7 +132,7 @@ class GlobalLocalizer:
             scale = doubt.placements.scale
             is_beyond = wide.search.is_within(scale) & ~search.is_within(scale)
             beyond = doubt.of(np.flatnonzero(is_beyond))
-            # What was held at the bounds has been let go of in the doubt.
+            # Placements stopped at the scale bounds are replaced by those of the wide prior.
             stated = found.posterior.of(np.flatnonzero(search.is_within(found.estimates.scale)))
             both = self.scorer.with_wide_prior(stated, beyond, search.log_odds)
             distinct = both.placements.distinct(
@@ -141,19 +141,19 @@ class GlobalLocalizer:
             return Candidates(match, self.scorer.reduced(both, distinct))
 
     def follow(self, query: MatchQuery, match: MatchResult, timer: StageTimer) -> Candidates:
-        """Verify and judge the tracked placements on new evidence, and look for no others."""
+        """Verify and score the tracked placements on new evidence, without a search."""
         with timer.stage('align'):
             found = query.aligned(query.tracked)
         return Candidates(match, self._scored(query, found, match, timer))
 
     def _proposed(self, query: MatchQuery, match: MatchResult) -> Placements:
         """
-        Return what the graph proposes, then what the rasters do.
+        Return the proposals of the graph, then those of the rasters.
 
-        The rasters try every other scale: refinement closes the gaps, and time goes with their
-        number.
+        The rasters use every other scale: refinement closes the gaps, and the time is proportional
+        to the number of scales.
         """
-        from fpnet_core.pose.raster_search import search_placements  # loads SciPy's transforms
+        from fpnet_core.pose.raster_search import search_placements  # loads scipy.fft
 
         plan, sub, search = query.plan, query.sub, query.search
         is_sure = len(match.pairs) >= _SURE_PAIRS
@@ -186,8 +186,8 @@ def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:
     """
     Return the placements of the matcher's complete assignments.
 
-    All regions together know the scale better than door widths do, so they may leave the range
-    of scales to try by as much again, and by what their centroids may be off.
+    All regions together determine the scale better than door widths do, so placements may exceed
+    the range of scales by its own width, plus the error of the centroids.
     """
     margin = factors.max() / factors.min() * (1.0 + _CENTROID_SHARE)
     middle = np.sqrt(factors.min() * factors.max())

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where a robot should look next: the place whose view tells the most placements apart.
+Next best view: the place whose view separates the placements best.
 
-Every placement predicts what would be seen from a place: its drawn walls, as far as they have not
-been looked at. Where predictions differ, a look tells which of them is right, and "none of these"
-as well, whose walls nobody can predict. A place is worth the information that its view is expected
-to bring, in nats, by the way to it: through floor that was seen, and beyond it through what the
-best placement has drawn there. It is next-best-view exploration (Connolly, 1985), with
-hypotheses of the place in lieu of a map's unknown cells.
+Each placement predicts the view from a place: its plan walls that were not observed yet. A view
+whose predictions differ tells which placement is correct, and also whether none is, because
+the walls of another building cannot be predicted. A place is scored by the expected information of
+its view, in nats, over the path to it: across observed floor, and beyond it across free space of
+the best placement. This is next-best-view exploration (Connolly, 1985), with
+hypotheses of the pose instead of a map's unknown cells.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ from fpnet_core.types import UNKNOWN, LocalizerOutput, Status, Submap
 Array = NDArray[np.float64]
 
 _MOST_PLACEMENTS = 6  # numerical: placements that are compared
-_MOST_PLACES = 200  # numerical: the nearest ones, some 450 m2
-_VIEW_M, _RAYS = 8.0, 48  # numerical: how far and into how many directions a view is predicted
-_BEEN_M = 1.0  # physical: from places nearer to the path the same is seen
-_SAME_M = 0.4  # physical: ranges that differ by less do not part placements: drawings are so rough
+_MOST_PLACES = 200  # numerical: the nearest candidates, about 450 m2
+_VIEW_M, _RAYS = 8.0, 48  # numerical: range and number of rays of a predicted view
+_BEEN_M = 1.0  # physical: closer to the path, the view is the same
+_SAME_M = 0.4  # physical: tolerance of ranges, given the accuracy of drawings
 _SETUP_M = 10.0
 """
-A place is worth its gain by the way to it and this; fitted by ``python benchmarks/guidance.py
---seed 3000`` among 3, 6 and 10: a robot must not dwell on slivers at hand.
+Path length added to each path before the gain is divided by it; fitted by ``python
+benchmarks/guidance.py --seed 3000`` among 3, 6 and 10. It avoids small gains close by.
 """
 
 # Chosen, not measured:
-_NATS_PER_M = 1.0  # what a metre of wall tells that one placement draws and another does not
-_MOST_NATS = 6.0  # no view tells more
+_NATS_PER_M = 1.0  # information of a metre of wall that only one of two placements predicts
+_MOST_NATS = 6.0  # upper limit for a view
 _FOREIGN_SHARE = 0.1  # of that: the best places in other buildings explain most walls by chance
-_LEAST_NATS = 0.002  # less is not worth a way
-_RIVAL_SHARE = 0.01  # of the best placement's probability, from which on another is a rival
-_DOUBT = 0.01  # of a place without rivals: a claim takes one look more, wherever from
-_HALF = 0.5  # of the best one's probability: less is told from it, as much is its equal
-_TINY = 1e-12  # numerical: no logarithm of nothing
+_LEAST_NATS = 0.002  # smaller gains are not worth a path
+_COMPETING_SHARE = 0.01  # probability relative to the best placement from which one competes
+_NONE_PROBABILITY = 0.01  # of "none" without competitors: acceptance needs one more update
+_HALF = 0.5  # relative probability: below it a placement is separated, above it equally probable
+_TINY = 1e-12  # numerical: avoids the logarithm of zero
 
 _SECTORS = (
     'ahead', 'ahead on the left', 'on the left', 'behind on the left', 'behind',
@@ -60,10 +60,10 @@ _SECTORS = (
 @dataclass(frozen=True, eq=False)
 class NextLook:
     """
-    Where a robot that is not localized should look next.
+    Next place from which a robot that is not localized should observe.
 
-    ``way_odom (P, 2)`` leads there from the robot, over ``way_m``; the view from its end is
-    expected to tell ``gain_nats`` of where the robot is. ``words`` say so.
+    ``way_odom (P, 2)`` is the path from the robot, ``way_m`` its length; the view from its end is
+    expected to give ``gain_nats`` of information about the pose. ``words`` are for the user.
     """
 
     way_odom: Array
@@ -72,7 +72,7 @@ class NextLook:
     words: str
 
     def as_json(self) -> dict[str, Any]:
-        """Return what JSON says of it."""
+        """Return the JSON form."""
         return {
             'words': self.words,
             'way_m': round(self.way_m, 2),
@@ -85,13 +85,13 @@ def next_look(
     plan: MapEvidence, output: LocalizerOutput, T_odom_base: NDArray[np.float64]
 ) -> NextLook | None:
     """
-    Return the place to look from next; None where a claim stands, or no look would tell anything.
+    Return the next place to observe from; None while localized, or if no view would help.
 
     Parameters
     ----------
-    plan : evidence of the floorplan that ``output`` is on, nominal metres
-    output : of the last tick; one that says that the plan is mirrored has no next look
-    T_odom_base : (4, 4), where the robot is
+    plan : evidence of the floorplan that ``output`` refers to, nominal metres
+    output : of the last update; if the plan is mirrored there is no next place
+    T_odom_base : (4, 4), pose of the robot
     """
     submap, placed = output.submap, output.estimates.take(slice(_MOST_PLACEMENTS))
     is_answered = output.status is Status.LOCALIZED or output.is_mirrored
@@ -119,7 +119,7 @@ def next_look(
 
 
 def _is_new(xy: Array, submap: Submap) -> NDArray[np.bool_]:
-    """Tell which places (K, 2) the robot has not been at: what it missed there stays hidden."""
+    """Return which places (K, 2) are away from the path; hidden parts stay hidden from there."""
     if not len(xy) or not len(submap.path_xy):
         return np.ones(len(xy), np.bool_)
     return np.asarray(cKDTree(submap.path_xy).query(xy)[0] > _BEEN_M)
@@ -128,10 +128,10 @@ def _is_new(xy: Array, submap: Submap) -> NDArray[np.bool_]:
 @dataclass(frozen=True, eq=False)
 class _Views:
     """
-    What views from ``K`` places are expected to tell.
+    Expected information of views from ``K`` places.
 
-    ``gain (K,)`` [nats] is of everything, "none of these" included, ``among (K,)`` of the
-    placements alone; ``parted (K,)`` counts those that they tell from the best one.
+    ``gain (K,)`` [nats] includes "none of these", ``among (K,)`` covers the
+    placements only; ``parted (K,)`` counts the placements separated from the best one.
     """
 
     gain: Array
@@ -141,26 +141,26 @@ class _Views:
 
 def _worth(placed: Placements, views: _Views) -> Array:
     """
-    Return what views are worth (K,): all that they tell, none where that is too little.
+    Return the gain of views (K,), zero if it is too small.
 
-    Of places that are as probable and that no view parts nothing can be said.
+    It is also zero if two placements are equally probable and no view separates any.
     """
     p, most = placed.probability, views.among.max(initial=0.0)
-    is_even = _rivals(placed) and p[1] >= _HALF * p[0] and most < _LEAST_NATS
+    is_even = _competitors(placed) and p[1] >= _HALF * p[0] and most < _LEAST_NATS
     return np.where((views.gain >= _LEAST_NATS) & (not is_even), views.gain, 0.0)
 
 
 def _views(plan: MapEvidence, submap: Submap, placed: Placements, xy: Array) -> _Views:
-    """Return what views from ``xy (K, 2)``, submap, are expected to tell."""
+    """Return the expected information of views from ``xy (K, 2)``, submap frame."""
     p = placed.probability
-    is_rival = p >= _RIVAL_SHARE * p[0]
-    other = max(1.0 - float(p.sum()), 0.0 if _rivals(placed) else _DOUBT)
+    is_rival = p >= _COMPETING_SHARE * p[0]
+    other = max(1.0 - float(p.sum()), 0.0 if _competitors(placed) else _NONE_PROBABILITY)
     p, other = p / (p.sum() + other), other / (p.sum() + other)
     ranges, is_new = _predicted(plan, submap, placed, xy)  # (C, K, R), both
     arc = 2.0 * math.pi / _RAYS
     gain, among, parted = np.zeros(len(xy)), np.zeros(len(xy)), np.zeros(len(xy), np.int64)
     for i in range(len(p)):
-        # Of two ranges the nearer wall is seen, or not, where it was not looked at.
+        # Of two ranges the nearer wall decides, if its place was not observed yet.
         is_told = np.where(ranges[i] <= ranges, is_new[i], is_new)
         differs = is_told & (np.abs(ranges[i] - ranges) > _SAME_M)
         left = _left_after((np.minimum(ranges[i], ranges) * differs).sum(axis=2) * arc)
@@ -175,14 +175,14 @@ def _views(plan: MapEvidence, submap: Submap, placed: Placements, xy: Array) -> 
 
 
 def _left_after(parted_m: Array) -> Array:
-    """Return by how much metres of wall that differ make a placement less probable."""
+    """Return the factor by which metres of differing wall lower a placement's probability."""
     return np.asarray(np.exp(-np.minimum(_NATS_PER_M * parted_m, _MOST_NATS)))
 
 
 def _predicted(
     plan: MapEvidence, submap: Submap, placed: Placements, xy: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the range of each ray under each placement [m], and whether its end is unseen."""
+    """Return each ray's range per placement [m], and whether its end is unobserved."""
     yaw = np.arange(_RAYS) * (2.0 * math.pi / _RAYS)
     ray = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
     linear = plan.A_rc_xy[:, :2] @ placed.linear
@@ -200,27 +200,27 @@ def _predicted(
     ranges = np.minimum(runs / per_m[:, None, :, 0], _VIEW_M)
     ends = xy[None, :, None] + ranges[..., None] * ray
     grid = submap.grid
-    # A wall that is drawn a little behind where it was seen was looked at, too.
+    # Tolerance: a wall drawn slightly behind its observation counts as observed.
     known = grown(grid.cells != UNKNOWN, round(_SAME_M / grid.resolution))
     return ranges, ~values_at(known, grid.xy_to_rc(ends), False)
 
 
 def _where(way_m: float, corner: Array) -> str:
-    """Say where to go: straight to a corner (2,) as seen from the robot, and on."""
+    """Return directions: straight to a corner (2,) in the robot's frame, then on."""
     sector = round(math.atan2(corner[1], corner[0]) / (math.tau / len(_SECTORS))) % len(_SECTORS)
     first_m, whole_m = max(1, round(math.hypot(*corner))), max(1, round(way_m))
     first = f'drive {first_m} m {_SECTORS[sector]}'
-    return f'{first} and on, {whole_m} m in all' if whole_m > first_m + 1 else first
+    return f'{first}, then on, {whole_m} m in total' if whole_m > first_m + 1 else first
 
 
 def _why(parted: int) -> str:
-    """Say what for: to tell placements apart, or to see more of the one that there is."""
+    """Return the purpose: to separate hypotheses, or to observe more of the only one."""
     if not parted:
-        return 'more of what the plan shows can be seen there'
-    return f'walls there tell {1 + parted} places apart'
+        return 'unobserved parts of the plan are visible there'
+    return f'walls there separate {1 + parted} hypotheses'
 
 
-def _rivals(placed: Placements) -> int:
-    """Count the placements that a claim of the best one has to rule out."""
+def _competitors(placed: Placements) -> int:
+    """Count the competitors that must be ruled out to accept the best placement."""
     p = placed.probability
-    return int(np.count_nonzero(p >= _RIVAL_SHARE * p[0])) - 1
+    return int(np.count_nonzero(p >= _COMPETING_SHARE * p[0])) - 1

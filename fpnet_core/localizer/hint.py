@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Someone's word on where the robot is: it decides between placements, but proves none."""
+"""Pose hint from a user or node: it selects between placements but does not confirm one."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from fpnet_core.scoring.scorer import WORD
 _log = logging.getLogger(__name__)
 
 # Chosen, not measured:
-# A pose given by hand is believed within so many standard deviations, and never more exactly
-# than someone can click on a drawing.
+# A pose set by hand is used within this many standard deviations, and never more precisely than a
+# person can click on a drawing.
 _SIGMAS = 3.0
 _LEAST_RADIUS_M = 2.0
 _LEAST_YAW_RAD = np.deg2rad(30.0)
@@ -26,11 +26,11 @@ _LEAST_YAW_RAD = np.deg2rad(30.0)
 @dataclass(frozen=True, eq=False)
 class PoseHint:
     """
-    The robot at ``T_odom_base`` is at ``T_plan_base``, give or take the standard deviations.
+    Hint that the robot at ``T_odom_base`` is at ``T_plan_base``, with standard deviations.
 
-    ``is_doubted`` once a tick found nothing near it: it was said, and it counts for nothing but
-    the choice between placements. ``storey`` is the one whose plan it is on; empty: the one in
-    force. ``log_odds`` are those of its being right.
+    ``is_doubted`` once an update found no placement near it: then it only
+    selects between placements. ``storey`` is the one whose plan it refers to; empty: the current
+    one. ``log_odds`` are those of the hint being correct.
     """
 
     T_plan_base: SE2
@@ -43,17 +43,17 @@ class PoseHint:
 
     @property
     def radius_m(self) -> float:
-        """How far off it may be."""
+        """Largest position error of the hint [m]."""
         return max(_SIGMAS * self.position_sigma_m, _LEAST_RADIUS_M)
 
     @property
     def A_plan_odom(self) -> SE2:
-        """The placement that follows from it."""
+        """Placement that corresponds to the hint."""
         T_plan_odom: SE2 = self.T_plan_base @ self.T_odom_base.inv()
         return T_plan_odom
 
     def agrees(self, A_plan_odom: Affine2D) -> bool:
-        """Tell whether a placement puts the robot where this hint says."""
+        """Return whether a placement agrees with the hint about the robot's pose."""
         at = A_plan_odom.apply(self.T_odom_base.translation)
         yaw = A_plan_odom.apply_yaw(self.T_odom_base.yaw)
         distance_m = float(np.linalg.norm(at - self.T_plan_base.translation))
@@ -63,14 +63,14 @@ class PoseHint:
         )
 
     def agreeing(self, estimates: Placements, A_submap_odom: SE2) -> NDArray[np.bool_]:
-        """Tell which of ``C`` estimates agree, ``(C,)``."""
+        """Return which of ``C`` estimates agree, ``(C,)``."""
         agrees = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
         return np.array(agrees, dtype=np.bool_)
 
     def after(self, is_heeded: bool) -> PoseHint:
-        """Return what is left of it after a tick; that nothing fits near it is said once."""
+        """Return the hint after an update; logs once that no placement fits near it."""
         if is_heeded == (not self.is_doubted):
             return self
         if not is_heeded:
-            _log.warning('no placement fits near the given pose; looking everywhere')
+            _log.warning('no placement fits near the pose hint; searching the whole plan')
         return replace(self, is_doubted=not is_heeded)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is kept of a run: all that each tick says, and the maps of as many as memory is given."""
+"""Outputs kept of a run: all of them, with maps only as far as a memory limit allows."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fpnet_core.geometry import SE2
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput, Submap
 
-# Numerical: the smallest map that there is.
+# Numerical: the smallest possible map.
 _NO_CELLS = GridMap(np.full((1, 1), UNKNOWN, np.int8), 1.0, frame='submap')
-_BEST = 3  # chosen: placements that a report shows
-_CHANGE_RANK = 6  # chosen: changes of status keep their maps as long as every 64th tick
+_BEST = 3  # chosen: placements shown in a report
+_CHANGE_RANK = 6  # chosen: outputs with a status change rank with every 64th one
 
 
 def in_brief(output: LocalizerOutput) -> LocalizerOutput:
-    """Return an output without its maps; of its submap it has where the robot was."""
+    """Return an output without its maps; its submap keeps only the robot's last position."""
     seen = output.submap
     if seen is not None:
         at, no_lintel = seen.path_xy[-1:], np.zeros((1, 1), np.bool_)
@@ -31,26 +31,26 @@ def in_brief(output: LocalizerOutput) -> LocalizerOutput:
 
 
 def is_brief(output: LocalizerOutput) -> bool:
-    """Tell whether an output has lost its maps."""
+    """Return whether an output has lost its maps."""
     return output.submap is not None and output.submap.grid.shape == _NO_CELLS.shape
 
 
 class KeptOutputs:
     """
-    The outputs of a run in time order, whose maps take no more memory than they are given.
+    Outputs of a run in time order, with a memory limit for their maps.
 
-    The newest has its maps. Of those before, evenly spaced ones have them, and as a rule those
-    with a change of status; all others are :func:`in_brief`.
+    The newest output keeps its maps. So do evenly spaced earlier ones and usually those
+    with a change of status; all others are reduced by :func:`in_brief`.
 
     Parameters
     ----------
-    map_bytes : memory for maps
+    map_bytes : memory for maps [bytes]
     """
 
     def __init__(self, map_bytes: float = math.inf) -> None:
         self._map_bytes = map_bytes
         self._outputs: list[LocalizerOutput] = []
-        self._sizes: dict[int, int] = {}  # of the outputs that have their maps
+        self._sizes: dict[int, int] = {}  # of the outputs with maps
 
     def append(self, output: LocalizerOutput) -> None:
         """Add the newest output."""
@@ -62,7 +62,7 @@ class KeptOutputs:
             self._outputs[least] = in_brief(self._outputs[least])
 
     def _rank(self, index: int) -> int:
-        """Return how long an output keeps its maps: how often two divides its number."""
+        """Return the rank by which maps are kept: how often two divides the output's number."""
         evenly = (index & -index).bit_length()
         before = self._outputs[max(index - 1, 0)]
         is_change = not index or before.status is not self._outputs[index].status
@@ -70,11 +70,11 @@ class KeptOutputs:
 
     @property
     def newest(self) -> tuple[LocalizerOutput, ...]:
-        """The newest output and the one before it, as far as there are any, in time order."""
+        """The last two outputs in time order, or fewer."""
         return tuple(self._outputs[-2:])
 
     def all(self) -> tuple[LocalizerOutput, ...]:
-        """Return all of them."""
+        """Return all outputs."""
         return tuple(self._outputs)
 
 
@@ -89,7 +89,7 @@ def _map_bytes(output: LocalizerOutput) -> int:
 
 
 class KeptPoses:
-    """Stamped planar poses, as numbers: an hour of scans takes a megabyte."""
+    """Stamped planar poses in compact arrays: a megabyte for an hour of scans."""
 
     def __init__(self) -> None:
         self._stamps_ns, self._poses = array('q'), array('d')
@@ -100,12 +100,12 @@ class KeptPoses:
 
     @property
     def first_ns(self) -> int:
-        """Stamp of the first."""
+        """Stamp of the first pose."""
         return self._stamps_ns[0]
 
     @property
     def last_ns(self) -> int:
-        """Stamp of the last."""
+        """Stamp of the last pose."""
         return self._stamps_ns[-1]
 
     def append(self, stamp_ns: int, T: SE2) -> None:
@@ -114,6 +114,6 @@ class KeptPoses:
         self._poses.extend((*T.translation, T.yaw))
 
     def trajectory(self) -> PlanarTrajectory:
-        """Return all of them."""
+        """Return all poses as a trajectory."""
         poses = np.array(self._poses).reshape(-1, 3)
         return PlanarTrajectory(np.array(self._stamps_ns, np.int64), poses[:, :2], poses[:, 2])

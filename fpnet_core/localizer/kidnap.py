@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the walls around the robot say of a claim that rests on the whole submap.
+Check of an accepted placement against the walls near the robot.
 
-They correct where it puts the robot, and they contradict it when the robot is elsewhere: lifted
-and carried off, or lost by its odometry. The submap goes on agreeing with the plan for minutes.
+These walls correct the pose within the submap's placement. They contradict it if the robot is
+elsewhere, kidnapped or lost by its odometry, while the submap still agrees with the plan for
+minutes.
 
-Two signs speak of that. The newest returns lie on drawn walls less than those before them did,
-where the drawing is the same; and they lie where the robot itself has seen free space, which no
-fault of the drawing explains. Neither is enough: new rooms are drawn worse than others, and who
-comes back with odometry that has drifted sees its own walls double.
+Two features detect this: the newest returns fit the plan worse than earlier ones on the same plan,
+and they lie in observed free space, which no error of the plan explains. Neither is sufficient
+alone: some rooms are drawn worse than others, and drift displaces the walls of a revisited place.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ from fpnet_core.types import FREE, OCCUPIED, Status, Submap
 
 _WEIGHTS = (5.4, -9.6, 7.7)
 """
-Log odds of being elsewhere: without signs, for the support beside its usual one, for the share of
-returns in what was free. Fitted by ``python benchmarks/carried_evidence.py --drives 8`` to 28
-generated drives, of whose looks 16 of 1,650 before and 44 of 45 after the lift are doubted; twelve
-of the 16 are of two stretches of the long drives, on which odometry drifts.
+Log odds of being elsewhere: bias, weight of the support relative to its usual value, weight of the
+share of returns in free space. Fitted by ``python benchmarks/carried_evidence.py --drives 8`` to
+28 generated recordings: 16 of 1,650 updates before and 44 of 45 after the lift are doubted; twelve
+of the 16 are on two stretches of the long recordings, on which odometry drifts.
 """
 
-_FREE_OF_WALLS_M = 0.3  # physical: a wall seen again lies within this, by noise and some drift
-_LEAST_USUAL = 0.05  # numerical: no division by nothing
-_MEMORY = 0.8  # chosen: of what is usual, from tick to tick
+_FREE_OF_WALLS_M = 0.3  # physical: a revisited wall lies within this, given noise and drift
+_LEAST_USUAL = 0.05  # numerical: avoids a division by zero
+_MEMORY = 0.8  # chosen: weight of the past in the usual support, per update
 
 
 @dataclass(frozen=True, eq=False)
 class KidnapState:
     """
-    What ticks go on from: the claim's last ``fix``, and ``doubts`` in a row about it.
+    State between updates: the last pose ``fix``, and consecutive ``doubts`` about the pose.
 
-    ``usual`` is the support that the newest returns have had; None before the first tick, for
-    which the claim's score stands in. ``before`` is the last submap that nobody doubted.
+    ``usual`` is the average support of the newest returns; None before the first update,
+    which uses the placement's score. ``before`` is the last submap without a doubt.
     """
 
     fix: PoseEstimate | None = None
@@ -59,12 +59,12 @@ class KidnapState:
 
 @dataclass(frozen=True, eq=False)
 class KidnapDetector:
-    """Judges one claim after another by what was seen last."""
+    """Checks accepted placements against the newest scans."""
 
     config: LocalizerConfig
 
     def is_elsewhere(self, kidnap_state: KidnapState) -> bool:
-        """Tell whether the robot is surely not where the submap goes on."""
+        """Return whether the robot has left the place where the submap continues."""
         return kidnap_state.doubts >= self.config.doubt_updates
 
     def update(
@@ -76,18 +76,18 @@ class KidnapDetector:
         robot_xy: RobotXY,
     ) -> tuple[KidnapState, LocalizationState, Affine2D | None]:
         """
-        Return the belief, and ``A_plan_odom`` around the robot where something is claimed.
+        Return the state, and ``A_plan_odom`` near the robot while localized.
 
-        A claim is withheld as LOST while the newest scans contradict it; one that falls meanwhile
-        was wrong. ``robot_xy (2,)`` is in the submap; all is in the plan's working metres.
+        The pose is withheld as LOST while the newest scans contradict it; a placement released
+        meanwhile was wrong. ``robot_xy (2,)`` is in the submap; units: the plan's working metres.
         """
         if estimate.status is not Status.LOCALIZED or estimate.best is None:
             doubts = self.config.doubt_updates if kidnap_state.doubts else 0
             return KidnapState(doubts=doubts), estimate, None
         assert robot_xy is not None  # a submap comes from scans, and they have poses
         T = submap.T_odom_submap
-        anchor, robot_odom = LocalPoseFilter(self.config), T.apply(robot_xy)
-        fix, A_plan_odom = anchor.follow(
+        local_filter, robot_odom = LocalPoseFilter(self.config), T.apply(robot_xy)
+        fix, A_plan_odom = local_filter.follow(
             kidnap_state.fix,
             plan,
             T.apply(submap.recent_xy),
@@ -103,11 +103,13 @@ class KidnapDetector:
         if support is not None:
             usual = _MEMORY * usual + (1.0 - _MEMORY) * support
         if fix is not None:
-            A_plan_odom = anchor.at_last(plan, T.apply(submap.newest_xy), A_plan_odom, robot_odom)
+            A_plan_odom = local_filter.at_last(
+                plan, T.apply(submap.newest_xy), A_plan_odom, robot_odom
+            )
         return KidnapState(fix, 0, usual, submap), estimate, A_plan_odom
 
     def _support(self, plan: MapEvidence, submap: Submap, A_plan_submap: Affine2D) -> float | None:
-        """Return how well the newest returns lie on drawn walls; None where they are too few."""
+        """Return how well the newest returns fit the plan's walls; None if there are too few."""
         if len(submap.newest_xy) < FEWEST_POINTS:
             return None
         at = Placements.of([A_plan_submap])
@@ -117,10 +119,10 @@ class KidnapDetector:
         self, support: float | None, usual: float, kidnap_state: KidnapState, submap: Submap
     ) -> bool:
         """
-        Tell whether the newest returns say that the robot is elsewhere.
+        Return whether the newest returns indicate that the robot is elsewhere.
 
-        Who has been carried off stays there: a doubt is given up only for as good a reason as
-        it takes to have one.
+        Hysteresis: a kidnapped robot stays elsewhere, so clearing a doubt requires evidence as
+        strong as raising it.
         """
         if support is None:
             return False
@@ -133,17 +135,17 @@ class KidnapDetector:
 def signs_of(
     support: float, usual: float, before: Submap | None, submap: Submap
 ) -> tuple[float, float]:
-    """Return the support beside its usual one, and the share of returns in what was free."""
+    """Return the support relative to its usual value, and the share of returns in free space."""
     in_free = 0.0 if before is None else share_in_free_space(before, submap)
     return support / max(usual, _LEAST_USUAL), in_free
 
 
 def share_in_free_space(before: Submap, submap: Submap) -> float:
     """
-    Return the share of the newest returns that lie where ``before`` has seen free space only.
+    Return the share of the newest returns in free space observed by ``before``.
 
-    Both submaps go on in one frame, ``odom``; cells within 0.3 m of a wall do not count as free,
-    nor does furniture, over which a submap is free, as nothing but walls.
+    Both submaps share the ``odom`` frame; cells within 0.3 m of a wall do not count as free.
+    Furniture is excluded from the returns, because submaps contain walls only.
     """
     grid = before.grid
     xy = (before.T_odom_submap.inv() @ submap.T_odom_submap).apply(submap.newest_walls_xy)

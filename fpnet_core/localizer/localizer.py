@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The one stateful object that a node, the command line and the benchmarks drive."""
+"""Stateful localizer used by the node, the command line and the benchmarks."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
 _log = logging.getLogger(__name__)
 
-_NEWS_NS = 5 * NS_PER_S  # chosen: odometry that breaks again so soon is no news
+_NEWS_NS = 5 * NS_PER_S  # chosen: repeated odometry resets within this time are logged once
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What may be said at one moment: an output, and the ``plan`` that it is on; None: none."""
+    """An output, and the ``plan`` that it refers to; None: no plan."""
 
     output: LocalizerOutput
     plan: Floorplan | None = None
@@ -54,34 +54,34 @@ class Snapshot:
 
 class Localizer:
     """
-    Finds the robot on a floorplan from registered scans.
+    Localizes the robot on a floorplan from registered scans.
 
-    :func:`fpnet_core.localizer.update.update`, a function of values, makes all decisions; this
-    object holds their state between calls. Every method may be called from any thread:
+    The function :func:`fpnet_core.localizer.update.update` makes all decisions without side
+    effects; this object holds the state between calls. All methods are thread-safe:
     ``add_scan`` never waits for a running ``update``, and an update whose floorplan, odometry
     frame or hint changes while it runs is discarded. The same calls give the same outputs.
 
     Parameters
     ----------
-    config : the configuration tree
-    matcher : the graph matcher to use
+    config : configuration tree
+    matcher : graph matcher
     """
 
     def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
         self._config = config
         scorer = PlacementScorer.configured(config.localizer)
         self._global_localizer = GlobalLocalizer(matcher, scorer, config)
-        self._ticking = threading.Lock()  # one tick after the other: matchers are not shared
-        self._lock = threading.Lock()  # of all that follows, held for moments only
+        self._update_lock = threading.Lock()  # serialises updates: matchers are not thread-safe
+        self._lock = threading.Lock()  # guards all members below, held briefly
         self._builder = SubmapBuilder(config.submap)
         self._mount = MountVotes()
         self._monitor = OdometryMonitor(config.localizer)
-        self._broken = '', 0  # why and when the last new odometry frame began
+        self._last_reset = '', 0  # reason and stamp of the last odometry reset
         self._submap: Submap | None = None
         self._state = UpdateState()
-        self._is_solved = False  # a tick has seen all that there is
-        self._restored: SavedState | None = None  # until its floorplan has come
-        self._said = Snapshot(LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN))
+        self._is_solved = False  # nothing has changed since the last update
+        self._restored: SavedState | None = None  # until its floorplan is set
+        self._snapshot = Snapshot(LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN))
         self._walls = KnownWalls()
 
     @property
@@ -92,13 +92,13 @@ class Localizer:
 
     @property
     def output(self) -> LocalizerOutput:
-        """The newest tick's output."""
-        return self._said.output
+        """Output of the newest update."""
+        return self._snapshot.output
 
     @property
     def snapshot(self) -> Snapshot:
-        """The newest output and the plan that it is on."""
-        return self._said
+        """Newest output and the plan that it refers to."""
+        return self._snapshot
 
     def set_plan(
         self,
@@ -107,34 +107,34 @@ class Localizer:
         policy: ScalePolicy | None = None,
     ) -> None:
         """
-        Take a floorplan, replacing the old ones; the submap is kept.
+        Set the floorplan, replacing all previous ones; the submap is kept.
 
-        ``scale`` is what is known of its scale, and asked where that is unknown; None takes what
-        its rooms and doors say. ``policy`` is how far it is trusted, None: as configured.
+        ``scale`` is the prior used if the scale is unknown; None: estimate it from rooms and
+        doors. ``policy`` is the scale policy; None: as configured.
 
         Raises
         ------
         MapFormatError
-            If the drawing holds no room; the old plan stays in force.
+            If the drawing contains no room; the old plan is kept.
         """
         self.set_storeys([StoreyPlan('', grid, scale, policy)])
 
     def set_storeys(self, storeys: Sequence[StoreyPlan]) -> None:
         """
-        Take the storeys of a site, replacing all floorplans; the submap is kept.
+        Set the storeys of a site, replacing all floorplans; the submap is kept.
 
-        The robot is on one of them, each as probable as the others until somebody says more.
+        The robot is on one of them, all equally probable without a hint.
 
         Raises
         ------
         MapFormatError
-            If a drawing holds no room, or there is none; the old ones stay in force.
+            If a drawing contains no room, or there is no drawing; the old plans are kept.
         """
         plans = prepared_storeys(storeys, self._config)
         with self._lock:
             state = self._state.on(*plans)
             if self._restored:
-                state = _remembering(state, self._restored)
+                state = _with_saved(state, self._restored)
             self._restored = None
             self._begin(state)
 
@@ -152,7 +152,7 @@ class Localizer:
         ----------
         points : (P, 3) float32, sensor frame, metres
         T_odom_sensor, stamp_ns : (4, 4) rigid, and sensor time
-        viewpoints : (P, 3), where each ray began, sensor frame [m]; None: in its origin
+        viewpoints : (P, 3), origin of each ray, sensor frame [m]; None: the sensor's origin
 
         Raises
         ------
@@ -162,12 +162,12 @@ class Localizer:
         pose = checked_rigid(T_odom_sensor)
         with self._lock:
             look = self._builder.look(points, pose, viewpoints)
-            is_placed = self._said.output.A_plan_odom is not None
+            is_placed = self._snapshot.output.A_plan_odom is not None
             broken = self._monitor.check(
                 stamp_ns, pose, look.body_xy, self._known(), knows_all=is_placed
             )
             if broken is not None:
-                self._bridge(broken, stamp_ns, pose)
+                self._on_reset(broken, stamp_ns, pose)
                 look = self._builder.look(points, pose, viewpoints)
             self._builder.add(look, stamp_ns)
             self._mount.look(Scan(stamp_ns, points, T_odom_sensor=pose))
@@ -175,50 +175,50 @@ class Localizer:
 
     def update(self, now_ns: int) -> LocalizerOutput:
         """
-        Segment, match, verify and decide on what has been seen so far.
+        Segment, match, verify and decide on all observations so far.
 
-        ``now_ns`` stamps the output while there is no scan. Never raises on what sensors send;
-        "no answer" is a status. Without a new scan or plan the last output stands: the same
-        evidence confirms nothing twice.
+        ``now_ns`` stamps the output if there is no scan. Never raises on sensor data; the absence
+        of a pose is a status. Without a new scan or plan the last output is returned, because
+        the same evidence must not count twice.
         """
-        with self._ticking:
+        with self._update_lock:
             timer = StageTimer()
             with self._lock:
                 with timer.stage('take'):
                     taken = self._builder.take()
                 state, last = self._state, self._monitor.last
                 if taken is None and self._is_solved:
-                    return self._said.output
+                    return self._snapshot.output
                 self._submap = taken or self._submap
                 T_odom_sensor = None if last is None else last[1]
                 is_hung = self._mount.is_upside_down
                 observation = Observation(now_ns, self._submap, T_odom_sensor, is_hung)
             after, output = update(state, observation, self._global_localizer, timer)
             with self._lock:
-                if state is self._state:  # else it was overtaken
+                if state is self._state:  # else the update is outdated
                     self._keep(after, output)
-                return self._said.output
+                return self._snapshot.output
 
     def reset(self) -> None:
-        """Forget the submap and every placement; the plan stays."""
+        """Discard the submap and all placements; keep the plan."""
         with self._lock:
-            self._start_anew()
+            self._restart()
 
     def relocalize(self) -> None:
-        """Forget every placement and claim; plan and submap stay."""
+        """Discard all placements; keep the plan and the submap."""
         with self._lock:
             self._begin(self._state.unlocalized())
 
     def suggest(self, hint: PoseHint) -> None:
         """
-        Take someone's word on where the robot is, in the plan's nominal metres.
+        Add a hint about the robot's pose, in the plan's nominal metres.
 
-        The placement is tried with the next tick, and placements elsewhere count for little as
-        long as one near it fits. A claim still needs the walls to agree, and one that was made
-        stands unless they agree with the word rather.
+        The next update tries the placement, and placements elsewhere are scaled down as
+        long as one near it fits. Acceptance still requires agreement with the walls, and an
+        accepted placement is kept unless the walls fit the hint better.
         """
         with self._lock:
-            is_accepted = self._said.output.status is Status.LOCALIZED
+            is_accepted = self._snapshot.output.status is Status.LOCALIZED
             state = self._state if is_accepted else self._state.unlocalized()
             hinted = state.with_hint(hint)
             if hinted.track.is_accepted:
@@ -228,9 +228,9 @@ class Localizer:
 
     def follow(self, thresholds: LocalizerConfig) -> None:
         """
-        Take other thresholds, from the next scan and tick on.
+        Set new thresholds, effective from the next scan and update.
 
-        The scale policy holds for the next floorplan; the judge and its prior stay.
+        The scale policy applies to the next floorplan; the scorer and its prior are kept.
         """
         with self._lock:
             self._config = self._config.model_copy(update={'localizer': thresholds})
@@ -239,12 +239,12 @@ class Localizer:
 
     def suggest_storey(self, weights: Mapping[str, float]) -> None:
         """
-        Take someone's word on the storey; the submap and what was seen on each stay.
+        Add a hint about the storey; the submap and the results on each storey are kept.
 
         Parameters
         ----------
-        weights : of every storey, by name; they need not add up to one. A claim still needs the
-            walls to agree, and equal storeys are told apart by this alone.
+        weights : of every storey, by name; they need not sum to one. Acceptance still requires
+            agreement with the walls; only between equal storeys the weights alone decide.
 
         Raises
         ------
@@ -259,26 +259,26 @@ class Localizer:
         self, weights: Mapping[str, float], why: str, starts: Mapping[str, Affine2D] | None = None
     ) -> None:
         """
-        Say that the robot has left its storey: the submap ends, and the next one begins.
+        Report that the robot has left its storey: the submap ends, and a new one begins.
 
-        ``weights`` are those of where it may be now, as of :meth:`suggest_storey`; ``starts`` are
+        ``weights`` are those of the possible storeys, as in :meth:`suggest_storey`; ``starts`` are
         placements ``A_plan_odom``, nominal metres, to try first.
         """
         with self._lock:
             check_weights(weights, self._state.storeys)
-            self._start_anew(why)
+            self._restart(why)
             self._begin(self._state.weighed(weights).starting(starts or {}), anew(why))
 
     def restart_odometry(self) -> None:
-        """Say that the next scan comes with a new odometry frame; the submap ends with it."""
+        """Report that the next scan has a new odometry frame; the submap ends with the old one."""
         with self._lock:
             self._monitor.expect_new_frame()
 
     def save_state(self, path: Path | str, odometry: str = '') -> None:
         """
-        Write submap, placements and scale for :meth:`load_state`.
+        Save submap, placements and scale for :meth:`load_state`.
 
-        ``odometry`` names the run of the odometry that the scans came with; empty: unknown.
+        ``odometry`` identifies the run of the odometry of the scans; empty: unknown.
 
         Raises
         ------
@@ -287,7 +287,7 @@ class Localizer:
         """
         with self._lock:
             if self._monitor.last is None:
-                raise StateError('nothing to save: no scan has come yet')
+                raise StateError('nothing to save: no scan was received yet')
             plan = self._state.plan
             saved = SavedState(
                 self._config.submap.resolution_m,
@@ -302,66 +302,66 @@ class Localizer:
 
     def load_state(self, path: Path | str) -> str:
         """
-        Go on where a saved localizer was; its placements count once their floorplan is set.
+        Continue from a saved state; its placements are used once their floorplan is set.
 
-        Claims are not restored: they need fresh scans that agree. Returns the run of the odometry
-        that it was saved with: unless that has gone on meanwhile, say so before the next scan
-        (:meth:`restart_odometry`), and a new submap begins, the last placements tried first. A
-        scan that is too far from the last one begins a new submap as well.
+        The status is not restored: it needs new scans that agree. Returns the run of the odometry
+        at the time of saving. Unless that run continues, call :meth:`restart_odometry` before the
+        next scan; then a new submap begins and tries the last placements first. A scan too far
+        from the last one also begins a new submap.
 
         Raises
         ------
         StateError
-            If the file is unusable or was made with another resolution; nothing has changed.
+            If the file is unusable or has another resolution; the localizer is unchanged.
         """
         saved = read_state(path)
         if saved.resolution_m != self._config.submap.resolution_m:
             raise StateError(
-                f'{path} was saved with submap.resolution_m {saved.resolution_m:g}, this is '
-                f'{self._config.submap.resolution_m:g}; use the same, or remove the file'
+                f'{path} was saved with submap.resolution_m {saved.resolution_m:g}, now it is '
+                f'{self._config.submap.resolution_m:g}; use the same value, or remove the file'
             )
         try:
             builder = SubmapBuilder.restored(self._config.submap, saved.submap)
         except (KeyError, ValueError, OdometryError) as error:
             raise StateError(f'{path} is damaged: {error}; remove it') from None
         with self._lock:
-            self._start_anew()
+            self._restart()
             self._builder, self._restored = builder, saved
             self._monitor.go_on_from(saved.stamp_ns, saved.T_odom_sensor)
         return saved.odometry
 
     def _known(self) -> MapEvidence | None:
-        """Return the walls that are known where the robot was last."""
-        said, last, recent = self._said, self._monitor.last, self._builder.recent_xy
+        """Return the known walls near the robot's last position."""
+        said, last, recent = self._snapshot, self._monitor.last, self._builder.recent_xy
         if last is None:
             return None
         drawn = None if said.plan is None else said.plan.nominal.evidence.walls
         return self._walls.around(last[1][:2, 3], recent, drawn, said.output.A_plan_odom)
 
     def _keep(self, state: UpdateState, output: LocalizerOutput) -> None:
-        """Take what a tick has led to."""
+        """Store the result of an update."""
         self._state, self._is_solved = state, True
         if state.is_elsewhere:
-            _log.warning('the robot is not where it was taken to be; starting anew')
-            self._start_anew(CONTRADICTED)
+            _log.warning('the newest scans contradict the pose; starting a new submap')
+            self._restart(CONTRADICTED)
         else:
-            # The next tick may be about another storey than this one's output is on.
+            # The next update may concern another storey than this output.
             on = (plan for plan in state.storeys if plan.name == output.storey)
-            self._said = Snapshot(output, next(on, state.plan))
+            self._snapshot = Snapshot(output, next(on, state.plan))
 
-    def _bridge(self, broken: OdometryReset, stamp_ns: int, pose: NDArray[np.float64]) -> None:
+    def _on_reset(self, broken: OdometryReset, stamp_ns: int, pose: NDArray[np.float64]) -> None:
         """
-        Start anew, with the placements where they would be in the new frame.
+        Start a new submap, with the placements transformed to the new odometry frame.
 
-        A claim tells where the robot is there, as surely as it stood and the walls have shown
-        where the new frame lies.
+        The last accepted pose becomes a hint there, weighted by its probability and by that of the
+        transform to the new frame.
         """
-        kind, (last_kind, last_ns) = re.sub(r'\d+', '', broken.reason), self._broken
+        kind, (last_kind, last_ns) = re.sub(r'\d+', '', broken.reason), self._last_reset
         if kind != last_kind or not 0 <= stamp_ns - last_ns < _NEWS_NS:
-            _log.warning('%s; starting anew', broken.reason)
-        self._broken = kind, stamp_ns
-        tracked, restored, said = self._state.tracked, self._restored, self._said.output
-        self._start_anew(broken.reason)
+            _log.warning('%s; starting a new submap', broken.reason)
+        self._last_reset = kind, stamp_ns
+        tracked, restored, said = self._state.tracked, self._restored, self._snapshot.output
+        self._restart(broken.reason)
         if broken.T_old_new is not None:
             self._state = replace(self._state, tracked=tracked @ broken.T_old_new)
             if restored is not None:
@@ -376,22 +376,22 @@ class Localizer:
                 )
                 self._state = self._state.with_hint(hint)
 
-    def _start_anew(self, why: str = '') -> None:
+    def _restart(self, why: str = '') -> None:
         self._builder.reset()
         self._submap = self._restored = None
         self._monitor.forget()
         self._begin(self._state.without_submap(), anew(why) if why else NOT_LOOKED)
 
     def _begin(self, state: UpdateState, why: str = NOT_LOOKED) -> None:
-        """Go on from a state without claims: a tick at work is overtaken, its output outdated."""
+        """Continue from a state without an accepted pose; a running update becomes outdated."""
         self._state, self._is_solved = state, False
         status, why = (Status.NO_PLAN, NO_PLAN) if state.plan is None else (Status.WAITING, why)
-        output = LocalizerOutput(self._said.output.stamp_ns, status, reason=why)
-        self._said = Snapshot(output, state.plan)
+        output = LocalizerOutput(self._snapshot.output.stamp_ns, status, reason=why)
+        self._snapshot = Snapshot(output, state.plan)
 
 
-def _remembering(state: UpdateState, saved: SavedState) -> UpdateState:
-    """Return the beginning on floorplans, of which a saved localizer may have known one."""
+def _with_saved(state: UpdateState, saved: SavedState) -> UpdateState:
+    """Return the initial state on floorplans, with a saved state if it fits one of them."""
     known = [plan for plan in state.storeys if plan_fingerprint(plan.given) == saved.plan]
     if not known:
         return state

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Match two whole maps, once: their rotation and translation, and their scales where unknown."""
+"""One-shot matching of two whole maps: rotation, translation, and scales where unknown."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from fpnet_core.types import UNKNOWN, GridMap, Segmentation, Submap
 
 
 class MapMatchStatus(StrEnum):
-    """What may be said of two maps."""
+    """Result of matching two maps."""
 
     MATCHED = 'matched'
     AMBIGUOUS = 'ambiguous'
@@ -42,10 +42,10 @@ class MapMatchStatus(StrEnum):
 @dataclass(frozen=True, eq=False)
 class SegmentedMap:
     """
-    A map cut into rooms, in its nominal metres, and what is known of its scale.
+    A map segmented into rooms, in its nominal metres, with its scale.
 
     ``scale`` is in true metres per nominal metre: stated, or estimated from rooms and doors.
-    ``free_area_m2`` is nominal, too.
+    ``free_area_m2`` is nominal as well.
     """
 
     segmentation: Segmentation
@@ -57,16 +57,16 @@ class SegmentedMap:
 @dataclass(frozen=True, eq=False)
 class MapMatch:
     """
-    The placement of one map on another.
+    Placement of one map on another.
 
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
-    ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
+    ``A_best`` is the best placement regardless of the status, None only if there is no placement.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others and against none of them (see :mod:`fpnet_core.scoring`); ``reason`` says in
-    one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
-    from rooms and doors; ``search`` are the scales that were tried between them, ``area_m2`` is
-    the robot's free space, and ``sub_is_stated`` says that its map is in metres. ``storey`` is the
-    one that it is about, where the plan is one of several.
+    against all others and against none of them (see :mod:`fpnet_core.scoring`); ``reason``
+    explains the status in one sentence. Both prepared maps are in metres, as stated or as
+    estimated from rooms and doors; ``search`` are the scales tried between them, ``area_m2`` is
+    the robot's free space, and ``sub_is_stated``: its map is in metres. ``storey`` is the one
+    matched if the plan is one of several.
     """
 
     status: MapMatchStatus
@@ -86,18 +86,18 @@ class MapMatch:
 
     @property
     def scale(self) -> float | None:
-        """Nominal metres of the plan per nominal metre of the submap, at the best placement."""
+        """Nominal plan metres per nominal submap metre, for the best placement."""
         return None if self.A_best is None else self.A_best.scale
 
 
 def segment_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> SegmentedMap:
     """
-    Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
+    Segment a floorplan into rooms; ``is_metric``: its scale was stated.
 
     Raises
     ------
     MapFormatError
-        If the plan holds no room.
+        If the plan contains no room.
     """
     is_stated = is_metric and config.localizer.scale_policy != 'unknown'
     if is_stated:
@@ -107,12 +107,12 @@ def segment_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) ->
 
 def cut_of(reading: Reading, config: FpnetConfig) -> SegmentedMap:
     """
-    Return the rooms of a drawing that was read, at the scale that was read.
+    Return the rooms of a parsed drawing, at the parsed scale.
 
     Raises
     ------
     MapFormatError
-        If it holds no room.
+        If it contains no room.
     """
     if reading.estimate is None and config.localizer.scale_policy == 'unknown':
         return segment_plan(reading.grid, config)
@@ -124,7 +124,7 @@ def cut_of(reading: Reading, config: FpnetConfig) -> SegmentedMap:
 def _with_rooms(segmentation: Segmentation, scale: ScaleEstimate, is_stated: bool) -> SegmentedMap:
     if not segmentation.rooms:
         raise MapFormatError(
-            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
+            f'the floorplan contains no room ({segmentation.reason}); check that free space is '
             'drawn light and walls dark'
         )
     return SegmentedMap(segmentation, scale, is_stated, 0.0)
@@ -133,7 +133,7 @@ def _with_rooms(segmentation: Segmentation, scale: ScaleEstimate, is_stated: boo
 def segment_robot_map(
     submap: Submap, config: FpnetConfig, is_metric: bool = False
 ) -> SegmentedMap:
-    """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
+    """Segment a robot's map into rooms, possibly none; ``is_metric``: it is in metres."""
     trimmed = _trimmed(submap)
     if is_metric:
         segmentation, scale = segment_submap(trimmed), STATED_SCALE
@@ -151,16 +151,16 @@ def match_maps(
     sub_is_metric: bool = False,
 ) -> MapMatch:
     """
-    Place ``submap`` on ``plan``; a reading knows by itself whether it is metric.
+    Place ``submap`` on ``plan``; a parsed drawing has its own flag for metric scale.
 
-    A stated scale is trusted as the localizer trusts it (``localizer.scale_policy``). Where one
-    is unknown, rooms and doors give that map a first metric scale and an interval; placements are
-    searched over what the intervals of both sides hold possible.
+    The scale policy of the localizer applies to stated scales (``localizer.scale_policy``). If a
+    scale is unknown, rooms and doors give an estimate with an interval; placements are
+    searched over the combined intervals of both maps.
 
     Raises
     ------
     MapFormatError
-        If the plan holds no room.
+        If the plan contains no room.
     """
     timer = StageTimer()
     with timer.stage('total'):
@@ -180,9 +180,9 @@ def match_maps(
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ScaledPair(MatchQuery):
     """
-    Both maps in metres, as stated or as far as rooms and doors tell, and the scales to try.
+    Both maps in metres, as stated or estimated from rooms and doors, and the scales to try.
 
-    The factors are metres per nominal metre of each side.
+    The factors are metres per nominal metre of each map.
     """
 
     plan_factor: float
@@ -190,11 +190,11 @@ class ScaledPair(MatchQuery):
 
 
 def scaled_pair(plan: SegmentedMap, sub: SegmentedMap, config: FpnetConfig) -> ScaledPair:
-    """Bring a plan and a robot's map to metres."""
+    """Convert a plan and a robot's map to metres."""
     plan_factor, sub_factor = plan.scale.factor, sub.scale.factor
     return ScaledPair(
         prepared_plan(rescaled_rooms(plan.segmentation, plan_factor)),
-        _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
+        _prepared_submap(rescaled_rooms(sub.segmentation, sub_factor)),
         sub.free_area_m2 * sub_factor**2,
         _search(plan, sub, config),
         plan_factor=plan_factor,
@@ -209,9 +209,9 @@ def match_storeys(
     timer: StageTimer,
 ) -> dict[str, MapMatch]:
     """
-    Place a robot's map on the storeys of a site, by name: the most probable storey first.
+    Place a robot's map on the storeys of a site, by name, most probable storey first.
 
-    Their probabilities exclude each other, and a match on one is sure of the storey, too.
+    The storeys exclude each other, so a match on one also determines the storey.
     """
     found = {name: _compared(plan, sub, global_localizer, timer) for name, plan in plans.items()}
     ranked = sorted(found, key=lambda name: -found[name][1].posterior.best)
@@ -222,13 +222,13 @@ def match_storeys(
     told = dict(zip(ranked, posteriors, strict=True))
     order = sorted(ranked, key=lambda name: -told[name].best)
     return {
-        name: _told(
+        name: _map_match(
             found[name][0],
             replace(found[name][1], posterior=told[name]),
             sub.is_stated,
             global_localizer.config,
             timer,
-            _track(name, order, told),
+            _storeys_of(name, order, told),
         )
         for name in order
     }
@@ -236,13 +236,13 @@ def match_storeys(
 
 @dataclass(frozen=True)
 class _Storeys:
-    """A storey's ``name`` among others; of the strongest of these what it explains and its p."""
+    """``name`` of a storey, and the strongest other one: name, share of walls explained, p."""
 
     name: str = ''
     rival: tuple[str, float, float] | None = None
 
 
-def _track(name: str, order: Sequence[str], told: Mapping[str, Posterior]) -> _Storeys:
+def _storeys_of(name: str, order: Sequence[str], told: Mapping[str, Posterior]) -> _Storeys:
     others = [each for each in order if each != name and len(told[each].evidence)]
     if len(order) == 1:
         return _Storeys()
@@ -255,9 +255,9 @@ def _track(name: str, order: Sequence[str], told: Mapping[str, Posterior]) -> _S
 def match_segmented(
     plan: SegmentedMap, sub: SegmentedMap, global_localizer: GlobalLocalizer, timer: StageTimer
 ) -> MapMatch:
-    """Place a robot's map on a plan; both have been cut into rooms."""
+    """Place a robot's map on a plan; both are segmented into rooms."""
     pair, candidates = _compared(plan, sub, global_localizer, timer)
-    return _told(pair, candidates, sub.is_stated, global_localizer.config, timer)
+    return _map_match(pair, candidates, sub.is_stated, global_localizer.config, timer)
 
 
 def _compared(
@@ -268,7 +268,7 @@ def _compared(
     return pair, global_localizer.find(pair, timer)
 
 
-def _told(
+def _map_match(
     pair: ScaledPair,
     candidates: Candidates,
     sub_is_stated: bool,
@@ -276,7 +276,7 @@ def _told(
     timer: StageTimer,
     storeys: _Storeys = _Storeys(),
 ) -> MapMatch:
-    """Return what may be said of a candidates."""
+    """Return the match for the candidates of a comparison."""
     status = _status(candidates.posterior, config)
     best, score, probability = None, 0.0, 0.0
     if candidates.estimates:
@@ -303,20 +303,20 @@ def _told(
 
 
 def _search(plan: SegmentedMap, sub: SegmentedMap, config: FpnetConfig) -> ScaleSearch:
-    """Return the scales to try: what was stated is trusted, estimates as far as they go."""
+    """Return the scales to try: by policy if both are stated, else by the estimates."""
     if plan.is_stated and sub.is_stated:
         return first_search(config.localizer.scale_policy, config.pose)
     return estimated_search(plan.scale, sub.scale, config.pose)
 
 
-def _submap_side(segmentation: Segmentation) -> PreparedMap:
-    """Return graph and evidence of a segmented map, which may hold no region at all."""
+def _prepared_submap(segmentation: Segmentation) -> PreparedMap:
+    """Return graph and evidence of a segmented map, which may contain no region."""
     graph = build_region_graph(segmentation, 'submap')
     return PreparedMap(segmentation, graph, map_evidence(segmentation.grid))
 
 
 def _trimmed(submap: Submap) -> Submap:
-    """Return the map without the unknown cells around it, which take time and say nothing."""
+    """Return the map without the unknown margin, which only costs time."""
     window = window_of(submap.grid.cells != UNKNOWN)
     if window is None:
         return submap
@@ -344,7 +344,7 @@ def _reason(
 
 
 def _status(posterior: Posterior, config: FpnetConfig) -> MapMatchStatus:
-    """Return what may be said."""
+    """Return the status of a match."""
     if posterior.best + posterior.elsewhere <= posterior.none + posterior.foreign:
         return MapMatchStatus.UNMATCHED
     if posterior.best < config.localizer.match_probability:

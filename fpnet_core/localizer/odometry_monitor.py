@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a scan goes on in the odometry frame of the one before, or a new frame has begun."""
+"""Detection of odometry resets: whether a scan continues the odometry frame of the last one."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 Array = NDArray[np.float64]
 
 NO_RETURNS = np.zeros((0, 2))
-"""Given: a scan that sees nothing."""
+"""Given: a scan without returns."""
 
-_WITHIN_M = 20.0  # numerical: walls farther from where the robot was are out of its sight
-_CELL_M = 0.1  # numerical: of the raster of walls that are known
-_SHORTEST_S = 0.1  # numerical: stamps of messages that come in bursts are nearer to one another
+_WITHIN_M = 20.0  # numerical: walls farther from the robot are not visible
+_CELL_M = 0.1  # numerical: of the raster of known walls
+_SHORTEST_S = 0.1  # numerical: messages in bursts have closer stamps
 
 
 @dataclass(frozen=True, eq=False)
 class OdometryReset:
     """
-    Why a scan does not go on from the last one.
+    Reason why a scan does not continue the last one.
 
-    ``T_old_new`` maps the new odometry frame to the old one, as the walls say with
-    ``probability``, or else if the robot has hardly moved, only its coordinates have; None where
-    nothing is known.
+    ``T_old_new`` maps the new odometry frame to the old one: by the walls, with
+    ``probability``, or else by assuming that the robot has hardly moved; None if
+    it is unknown.
     """
 
     reason: str
@@ -44,28 +44,28 @@ class OdometryReset:
 
 
 class OdometryMonitor:
-    """Follows stamps, poses and returns of the scans of one odometry frame."""
+    """Monitors stamps, poses and returns of the scans of one odometry frame."""
 
     def __init__(self, config: LocalizerConfig) -> None:
         self._config = config
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: the next scan breaks nothing."""
+        """Restart: the next scan cannot be a reset."""
         self.last: tuple[int, Array] | None = None  # stamp and T_odom_sensor
         self._clock = ClockGuard(self._config.stale_scans_before_restart)
         self._is_replaced = False
 
     def follow(self, config: LocalizerConfig) -> None:
-        """Take another speed limit; the patience with old scans is that of the next beginning."""
+        """Set another speed limit; the limit for old stamps changes with the next restart."""
         self._config = config
 
     def go_on_from(self, stamp_ns: int, T_odom_sensor: Array) -> None:
-        """Take a scan that was used as the last one."""
+        """Set the last scan that was used."""
         self.last = stamp_ns, T_odom_sensor
 
     def expect_new_frame(self) -> None:
-        """Say that the next scan comes with a new odometry frame, if one has come at all."""
+        """Report that the next scan has a new odometry frame; ignored before the first scan."""
         self._is_replaced = self.last is not None
 
     def check(
@@ -77,20 +77,20 @@ class OdometryMonitor:
         knows_all: bool = False,
     ) -> OdometryReset | None:
         """
-        Return what breaks between the last scan and this one, None where it goes on.
+        Return the reset between the last scan and this one; None if the frame continues.
 
-        ``returns (P, 2)`` are those at body height, where odometry puts them [m], and ``walls``
-        what is known of walls there; ``knows_all``: those of new rooms as well.
+        ``returns (P, 2)`` are those at body height, placed by odometry [m], and ``walls``
+        the known walls there; ``knows_all``: they include those of rooms not observed yet.
 
         Raises
         ------
         OdometryError
-            If the scan is no newer than the last one; many in a row are a clock that was reset.
+            If the scan is not newer than the last one; many in a row count as a clock reset.
         """
         if self.last is None:
             return None
         last_ns, last_pose = self.last
-        if not self._is_replaced:  # a new frame may come with another clock
+        if not self._is_replaced:  # a new frame may have another clock
             back_s = self._clock.back_s(stamp_ns, last_ns)
             if back_s is not None:
                 return OdometryReset(f'the clock went back by {back_s:.3f} s')
@@ -109,7 +109,7 @@ class OdometryMonitor:
 
 
 class KnownWalls:
-    """The walls around the robot: seen over the last metres and, under a claim, drawn ones."""
+    """Known walls near the robot: those of the last metres and, while localized, the plan's."""
 
     def __init__(self) -> None:
         self._made_of: tuple[object, ...] = ()
@@ -119,14 +119,14 @@ class KnownWalls:
         self, xy: Array, recent: Array, drawn: Array | None, A_plan_odom: Affine2D | None
     ) -> MapEvidence | None:
         """
-        Return the walls as evidence in ``odom``, None without any; the same as long as they are.
+        Return the walls as evidence in ``odom``, None without any; cached while unchanged.
 
         Parameters
         ----------
-        xy : (2,) where the robot was last, odom [m]
+        xy : (2,) last position of the robot, odom [m]
         recent : (P, 2) returns over the last metres, odom [m]
         drawn : (Q, 2) walls of the floorplan, nominal metres
-        A_plan_odom : where the robot is on it; None without a claim
+        A_plan_odom : placement on the floorplan; None while not localized
         """
         made_of = recent, A_plan_odom
         if any(a is not b for a, b in zip_longest(made_of, self._made_of)):

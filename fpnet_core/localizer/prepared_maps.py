@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is derived once from a plan or a submap."""
+"""Maps prepared for matching: segmentation, region graph and evidence."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from fpnet_core.types import (
 )
 
 RobotXY = NDArray[np.float64] | None
-"""Where the robot is in the submap, ``(2,)`` [m]; None without one."""
+"""Position of the robot in the submap, ``(2,)`` [m]; None without one."""
 
 
 class StageTimer:
@@ -50,17 +50,17 @@ def prepare_plan(
     grid: GridMap, config: FpnetConfig, segmentation: Segmentation | None = None
 ) -> PreparedMap:
     """
-    Segment a floorplan, where that is not done, and derive its graph and evidence.
+    Return a floorplan's segmentation (computed unless given), graph and evidence.
 
     Raises
     ------
     MapFormatError
-        If the drawing holds no room.
+        If the drawing contains no room.
     """
     segmentation = segmentation or segment_floorplan(grid, config.segmentation)
     if not segmentation.rooms:
         raise MapFormatError(
-            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
+            f'the floorplan contains no room ({segmentation.reason}); check that free space is '
             'drawn light, walls dark, and that the resolution is in metres per cell'
         )
     return prepared_plan(segmentation)
@@ -76,7 +76,7 @@ def prepared_plan(segmentation: Segmentation) -> PreparedMap:
 
 
 def interior_of(segmentation: Segmentation) -> NDArray[np.bool_]:
-    """Return rooms (H, W), and free cells connected to one: openings, slivers that none took."""
+    """Return rooms (H, W) and free cells connected to one: openings, slivers outside rooms."""
     free = segmentation.grid.cells == FREE
     components, figures = pieces_of(free, connectivity=4)
     touched = np.zeros(len(figures), dtype=bool)
@@ -89,9 +89,9 @@ def prepare_submap(
     submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
 ) -> tuple[PreparedMap, SubmapSegmenter]:
     """
-    Segment a submap and derive its graph and evidence; may hold no region at all.
+    Segment a submap and derive its graph and evidence; it may contain no region.
 
-    ``segmenter`` cuts again only what changed since the last submap it saw; returned is the one
+    ``segmenter`` segments only the parts that changed since its last submap; the returned one is
     for the next submap.
     """
     with timer.stage('segment'):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drive a localizer with recorded scans, as the node would, in sensor time and without ROS."""
+"""Replay of recorded scans through a localizer, in sensor time and without ROS."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from fpnet_core.types import LocalizerOutput
 _log = logging.getLogger(__name__)
 
 Register = Callable[[Scan], RegisteredSweep]
-"""Turns a scan into deskewed points where they were seen."""
+"""Converts a scan to deskewed points with their sensor pose."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReplayResult:
     """
-    Everything a run produced, in time order.
+    Results of a run, in time order.
 
-    ``outputs`` are all ticks, as :class:`fpnet_core.localizer.kept.KeptOutputs` keeps them.
-    ``published`` holds every pose given out, plan frame, nominal metres, with the sensor's
+    ``outputs`` are those of all updates, as in :class:`fpnet_core.localizer.kept.KeptOutputs`.
+    ``published`` contains every published pose, plan frame, nominal metres, with the sensor's
     stamps, and ``covariances (S, 3, 3)`` those of their x, y [m] and yaw [rad]; ``odometry`` the
-    sensor's path in ``odom``. ``storeys`` names the storey whose plan each published pose is on.
+    sensor's path in ``odom``. ``storeys`` names the storey of each published pose.
     """
 
     outputs: tuple[LocalizerOutput, ...]
@@ -52,7 +52,7 @@ class ReplayResult:
 
     @property
     def tick_ms(self) -> NDArray[np.float64]:
-        """Durations of the ticks that had a submap to work on [ms]."""
+        """Durations of the updates that had a submap [ms]."""
         totals = [o.timings_ms['total'] for o in self.outputs if 'total' in o.timings_ms]
         return np.array(totals, dtype=np.float64)
 
@@ -65,12 +65,12 @@ def replay(
     on_scan: Callable[[], None] = lambda: None,
 ) -> ReplayResult:
     """
-    Feed all scans to the localizer, and return the run; see :class:`Replay`.
+    Feed all scans to the localizer and return the run; see :class:`Replay`.
 
     Raises
     ------
     FpnetError
-        The last one, if every scan was refused.
+        The last one, if every scan was rejected.
     """
     run = Replay(scans, localizer, update_period_s, register, on_scan)
     for _ in run:
@@ -80,26 +80,26 @@ def replay(
 
 class Replay:
     """
-    A run that goes on as far as somebody asks for its outputs.
+    Run over recorded scans that advances as its outputs are consumed.
 
-    Iterating feeds scans to the localizer, ticks it on its period of sensor time and yields what
-    each tick said; one more tick follows the last scan, so that the last status says all. A pose
-    is published after every scan while the status is LOCALIZED.
+    Iterating feeds scans to the localizer, updates it at its period of sensor time and yields the
+    output of each update; one more update follows the last scan, so that the last status covers
+    all scans. A pose is published after every scan while the status is LOCALIZED.
 
     Parameters
     ----------
     scans : in time order; those without ``T_odom_sensor`` go through ``register``
     localizer : with its plan set
-    update_period_s : sensor time between two ticks
-    register : odometry for scans that bring no pose; None where all of them do
+    update_period_s : sensor time between two updates
+    register : odometry for scans without a pose; None if all have one
     on_scan : called after each scan, for progress bars
-    registers_all : scans with poses go through ``register``, too, which may take them as a guess
-    map_bytes : memory for maps of ticks, as of :class:`fpnet_core.localizer.kept.KeptOutputs`
+    registers_all : ``register`` also gets scans with poses, e.g. as an initial guess
+    map_bytes : memory for maps, see :class:`fpnet_core.localizer.kept.KeptOutputs`
 
     Raises
     ------
     FpnetError
-        While iterating: the last one, if every scan was refused.
+        While iterating: the last one, if every scan was rejected.
     """
 
     def __init__(
@@ -117,11 +117,11 @@ class Replay:
         self._outputs = self._follow(scans, register, on_scan)
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
-        """Return itself: a second loop goes on where the first one stopped."""
+        """Return the iterator itself: a second loop continues where the first one stopped."""
         return self._outputs
 
     def result(self) -> ReplayResult:
-        """Return the run as far as it went."""
+        """Return the results so far."""
         return self._run.result()
 
     def _registered(self, scan: Scan, register: Register | None) -> RegisteredSweep:
@@ -152,7 +152,7 @@ class Replay:
 
 @dataclass(eq=False)
 class _Run:
-    """A run so far: scans go in, ticks follow their stamps."""
+    """State of a run: scans go in, updates follow their stamps."""
 
     localizer: Localizer
     period_ns: int
@@ -166,7 +166,7 @@ class _Run:
     next_update_ns: int | None = None
 
     def take(self, stamp_ns: int, sweep: RegisteredSweep) -> bool:
-        """Add a scan, and tell whether a tick followed it."""
+        """Add a scan and return whether an update followed."""
         start = time.perf_counter()
         self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
         self.add_ms.append(1e3 * (time.perf_counter() - start))
@@ -186,7 +186,7 @@ class _Run:
         return is_due
 
     def refuse(self, error: FpnetError) -> None:
-        """Count a scan, and log the first that is refused for a reason, whatever its figures."""
+        """Count a rejected scan and log the first one per reason, ignoring digits."""
         kind = re.sub(r'\d+', '', str(error))
         if kind not in self.refused:
             _log.warning('%s', error)
@@ -194,14 +194,14 @@ class _Run:
 
     def tell_of_refused(self) -> None:
         if (refused := self.refused.total()) > len(self.refused):
-            _log.warning('%d of %d scans were refused', refused, refused + len(self.path))
+            _log.warning('%d of %d scans were rejected', refused, refused + len(self.path))
 
     def update(self, stamp_ns: int) -> None:
         self.outputs.append(self.localizer.update(stamp_ns))
         _log_change(self.outputs.newest, self.path.first_ns)
 
     def finish(self) -> bool:
-        """Tick once more where the last scan was not the last tick's; tell whether that was so."""
+        """Update once more if there are scans after the last update; return whether there were."""
         if not len(self.path):
             return False
         is_late = all(o.stamp_ns < self.path.last_ns for o in self.outputs.newest[-1:])
@@ -222,7 +222,7 @@ class _Run:
 
 
 def _log_change(outputs: Sequence[LocalizerOutput], start_ns: int) -> None:
-    """Log the last of the outputs where its status is another than the one's before it."""
+    """Log the last output if its status differs from the one before."""
     last = outputs[-1]
     if len(outputs) < 2 or outputs[-2].status is not last.status:
         _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / NS_PER_S, last.said)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How large a floorplan is drawn: what is tried, what was found, and when that is settled.
+Scale of a floorplan: which scales are searched, the estimate, and when it is locked.
 
 A drawing is a building times a symmetric stretch ``P (2, 2)`` in the drawing's own axes, plan
-metres per submap metre. It is a property of the drawing: once claimed placements agree on it over
-enough of the building, it need not be asked again of every tick.
+metres per submap metre. The stretch is constant: once accepted placements agree on it over
+enough of the building, it is not searched again.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from fpnet_core.types import PlanScale
 
 Array = NDArray[np.float64]
 
-# Numerical: neighbouring scales differ by this share; refinement closes the rest.
+# Numerical: ratio between neighbouring scales; refinement covers the rest.
 _SCALE_STEP = 0.06
 # Chosen, not measured:
-_INTERVALS_TRIED = 1.25  # times the 90 % interval: one scale in ten lies outside of it
-_MOST_TRIED = 2.2  # beyond this factor nothing is tried, however little is known
+_INTERVALS_TRIED = 1.25  # times the 90 % interval, which misses one scale in ten
+_MOST_TRIED = 2.2  # largest factor that is searched, however uncertain the scale
 _STATED_SCATTER = 0.010
 """
-Stated scales are mostly right and now and then far off: their errors, as logarithms, scatter like
-a Cauchy distribution of this width. Fitted to the tune half's drawings (``benchmarks/
-stated_scales.py``); of a Gaussian they would be a thousand times less probable.
+Stated scales are usually right and sometimes far off: their log errors follow
+a Cauchy distribution of this width. Fitted to the drawings of the development split
+(``benchmarks/stated_scales.py``); under a Gaussian they would be a thousand times less probable.
 """
-_MISSTATED = 0.27  # in its logarithm: one stated scale in forty is further off, and not found
-_KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
-_LOCK_TICKS = 5  # claimed ticks whose estimates are compared
-_LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
-_DRAWING_SIGMA_M = 0.1  # by how much a wall of a good drawing may be off, however many agree
+_WIDE_LOG_ERROR = 0.27  # largest log error searched; one stated scale in forty is further off
+_KNOWN_STRAIN = 0.01  # drawing accuracy if the scale is known
+_LOCK_UPDATES = 5  # accepted updates whose estimates are compared
+_LOCK_SIGMA = 0.01  # relative standard deviation required along the less certain axis
+_DRAWING_SIGMA_M = 0.1  # error of walls in a good drawing; more walls do not reduce it
 
 
 @dataclass(frozen=True, eq=False)
 class ScaleSearch:
     """
-    The stretches to try, and how far refinement may leave each.
+    Stretches to try, and the prior for leaving them in refinement.
 
     ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``anisotropy_sigma`` is
-    the standard deviation of what refinement adds. ``bounds`` are the smallest and largest mean
-    scale that a placement may have. ``wide_scales`` is what is tried beyond them where nothing
-    within them is accepted, at ``log_odds`` [nats] of a stated scale being so far off.
+    the standard deviation of the strain added by refinement. ``bounds`` are the smallest and
+    largest mean scale of a placement. ``wide_scales`` is searched beyond them if nothing
+    within them is accepted, with ``log_odds`` [nats] of a stated scale being so far off.
     """
 
     stretches: Array
@@ -65,13 +65,13 @@ class ScaleSearch:
 
     @property
     def alignment_prior(self) -> AlignmentPrior:
-        """How far refinement may leave what is tried."""
+        """Prior for refinement around the stretches."""
         known = self.stretches[0] if len(self) == 1 else None
         return AlignmentPrior(self.anisotropy_sigma, known, self.bounds)
 
     @property
     def factors(self) -> Array:
-        """Return the mean scale of each stretch, ``(L,)``."""
+        """Mean scale of each stretch, ``(L,)``."""
         return scale_of(self.stretches)
 
     @property
@@ -81,11 +81,11 @@ class ScaleSearch:
 
     @property
     def as_stated(self) -> ScaleSearch:
-        """Return the search that does not doubt what was stated."""
+        """The search without the wide scale prior."""
         return replace(self, wide_scales=None)
 
     def is_within(self, scale: Array | float) -> NDArray[np.bool_]:
-        """Tell whether mean scales ``(C,)``, or one, lie within the bounds, not held there."""
+        """Return whether mean scales ``(C,)``, or one, lie strictly within the bounds."""
         low, high = self.bounds
         return np.asarray((scale > low * (1.0 + AT_EDGE)) & (scale < high / (1.0 + AT_EDGE)))
 
@@ -96,21 +96,21 @@ class ScaleSearch:
 
 
 def allowed_scales(scale_tolerance: float) -> Array:
-    """Scales to try, geometric steps around 1 that cover the tolerance; always holds 1."""
+    """Return scales in geometric steps around 1 that cover the tolerance, 1 included."""
     steps = int(np.ceil(np.log1p(scale_tolerance) / _SCALE_STEP - 0.5))
     return np.asarray(np.exp(_SCALE_STEP * np.arange(-steps, steps + 1)), dtype=np.float64)
 
 
 def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
-    """Return the search of all scales within a tolerance around 1, and of none beyond."""
+    """Return the search over all scales within a tolerance around 1."""
     factors = allowed_scales(scale_tolerance)
     search = ScaleSearch.of_factors(factors, config.anisotropy_sigma)
     return replace(search, bounds=(float(factors[0]), float(factors[-1])))
 
 
 def doubting(search: ScaleSearch, config: PoseConfig) -> ScaleSearch:
-    """Return a search within a tolerance that also knows what to try if the scale is misstated."""
-    farthest = tolerant_search(float(np.expm1(_MISSTATED)), config)
+    """Return a search within a tolerance, extended by a wide scale prior."""
+    farthest = tolerant_search(float(np.expm1(_WIDE_LOG_ERROR)), config)
     tolerated, reach = (np.log(each.bounds[1]) for each in (search, farthest))
     if reach <= tolerated:
         return search
@@ -120,10 +120,10 @@ def doubting(search: ScaleSearch, config: PoseConfig) -> ScaleSearch:
 
 def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig) -> ScaleSearch:
     """
-    Return the search between two maps that were brought to metres by their scales' medians.
+    Return the search between two maps converted to metres by the medians of their scales.
 
-    Both intervals are combined as independent ones are. Nobody has stated these scales, and
-    placements that fit beyond what is tried are good ones.
+    The two intervals are combined as independent. These scales are not stated, so
+    placements that fit beyond the searched range are accepted as well.
     """
     smaller = np.hypot(np.log(plan.high / plan.factor), np.log(sub.factor / sub.low))
     larger = np.hypot(np.log(plan.factor / plan.low), np.log(sub.high / sub.factor))
@@ -138,20 +138,20 @@ def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig
 @dataclass(frozen=True, eq=False)
 class ScaleHistory:
     """
-    What is known of the scale of one floorplan, from the first search to the lock.
+    Scale of one floorplan over time, from the first search to the lock.
 
     Parameters
     ----------
     first
-        What the first tick tries.
+        Search of the first update.
     is_fixed
-        Nothing that is found changes it.
+        The scale is trusted and never updated.
     seen
-        Stretches ``(2, 2)`` of the last claimed ticks.
+        Stretches ``(2, 2)`` of the last accepted updates.
     estimate
-        What they say; None before the first.
-    is_misstated
-        A claim stands beyond what was stated.
+        Estimate from them; None before the first.
+    is_beyond_stated
+        A placement beyond the stated range was accepted.
     """
 
     first: ScaleSearch
@@ -165,16 +165,16 @@ class ScaleHistory:
         cls, policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
     ) -> ScaleHistory:
         """
-        Return the history of a floorplan that nobody has claimed anything on.
+        Return the initial history of a floorplan.
 
         ``trusted`` tries the stated scale only; ``approximate`` all within ``scale_tolerance``;
-        ``unknown`` what the drawing's ``estimate``, by its rooms and doors, holds possible.
+        ``unknown`` the interval of the drawing's ``estimate`` by its rooms and doors.
         """
         return cls(first_search(policy, config, estimate), policy == 'trusted')
 
     @property
     def search(self) -> ScaleSearch:
-        """What the next tick should try."""
+        """Search for the next update."""
         if self.estimate is not None and self.estimate.is_locked:
             return ScaleSearch(self.estimate.stretch[None], _KNOWN_STRAIN)
         if self.is_beyond_stated and self.first.wide_scales is not None:
@@ -183,18 +183,18 @@ class ScaleHistory:
 
     @property
     def tolerated(self) -> tuple[float, float]:
-        """Smallest and largest mean scale that agree with what was stated."""
+        """Smallest and largest mean scale that agree with the stated one."""
         return self.first.bounds
 
     def forgotten(self) -> ScaleHistory:
-        """Return the beginning: a claim was lost, and it may be the scale that was wrong."""
+        """Return the initial history: the pose was lost, perhaps because of a wrong scale."""
         return ScaleHistory(self.first, self.is_fixed)
 
     def arrays(self, factor: float) -> dict[str, Array]:
         """
-        Return what claims have said, for a file.
+        Return the estimates from accepted placements, for a file.
 
-        ``factor`` is working metres per nominal one: what is stored is in nominal metres.
+        ``factor`` is working metres per nominal metre; the result is in nominal metres.
         """
         seen = np.array(self.seen).reshape(-1, 2, 2) / factor
         sigma, is_locked = (0.0, False) if self.estimate is None else (
@@ -204,7 +204,7 @@ class ScaleHistory:
 
     @staticmethod
     def check(arrays: dict[str, Array]) -> None:
-        """Raise ValueError or KeyError where arrays are neither none nor those of a history."""
+        """Raise ValueError or KeyError unless arrays are empty or those of a history."""
         if not arrays:
             return
         seen, known = arrays['seen'], arrays['known']
@@ -216,7 +216,7 @@ class ScaleHistory:
             raise ValueError('scale: not a stretch')
 
     def remembered(self, arrays: dict[str, Array], factor: float) -> ScaleHistory:
-        """Return the history that goes on from :meth:`arrays` of the same floorplan."""
+        """Return the history restored from :meth:`arrays` of the same floorplan."""
         seen = tuple(arrays['seen'] * factor) if arrays else ()
         if self.is_fixed or not seen:
             return self
@@ -228,36 +228,36 @@ class ScaleHistory:
         self, A_plan_submap: Affine2D, walls: Array, deformation_m: float = 0.0
     ) -> ScaleHistory:
         """
-        Return the history with a tick's claimed placement.
+        Return the history extended by the accepted placement of an update.
 
-        ``walls (P, 2)`` are the submap's [m]: the wider they lie, the better they measure.
-        ``deformation_m`` is how far the drawing is deformed under the placement: local errors
-        of that size limit how well the scale of the whole can be known.
+        ``walls (P, 2)`` are the submap's [m]: the larger their extent, the better the estimate.
+        ``deformation_m`` is the deformation of the drawing under the placement: local errors
+        of that size limit the accuracy of the overall scale.
         """
         if self.is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return self
-        seen = (*self.seen, A_plan_submap.stretch)[-_LOCK_TICKS:]
+        seen = (*self.seen, A_plan_submap.stretch)[-_LOCK_UPDATES:]
         mean = np.mean(seen, axis=0)
         off_m = max(_DRAWING_SIGMA_M, deformation_m)
         sigma = max(_scatter(seen, mean), off_m / _extent_m(A_plan_submap, walls))
         return replace(
             self,
             seen=seen,
-            estimate=PlanScale(mean, sigma, len(seen) == _LOCK_TICKS and sigma <= _LOCK_SIGMA),
+            estimate=PlanScale(mean, sigma, len(seen) == _LOCK_UPDATES and sigma <= _LOCK_SIGMA),
             is_beyond_stated=self.is_beyond_stated
             or not self.first.is_within(A_plan_submap.scale),
         )
 
 
 def _scatter(seen: tuple[Array, ...], mean: Array) -> float:
-    """Return the relative standard deviation of stretches along the worse axis."""
+    """Return the relative standard deviation of stretches along the less certain axis."""
     return float(np.std([np.diag(s) for s in seen], axis=0).max() / mean.max())
 
 
 def first_search(
     policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
 ) -> ScaleSearch:
-    """Return the search that a policy begins with; ``unknown`` asks the plan's ``estimate``."""
+    """Return the first search of a policy; ``unknown`` uses the plan's ``estimate``."""
     if policy == 'trusted':
         return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.anisotropy_sigma))
     if policy == 'approximate':
@@ -266,6 +266,6 @@ def first_search(
 
 
 def _extent_m(A_plan_submap: Affine2D, walls: Array) -> float:
-    """Extent of the walls along the shorter axis of the plan: where they measure it worse [m]."""
+    """Return the extent of the walls along the plan's shorter axis, which limits accuracy [m]."""
     placed = A_plan_submap.apply(walls)
     return max(float(np.ptp(placed, axis=0).min()), _DRAWING_SIGMA_M)

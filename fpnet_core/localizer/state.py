@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What outlives a localizer's process: the submap's counts and the placements, in one file."""
+"""Saved state of a localizer: submap counts and placements, in one file."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ _VERSION = 3  # given
 @dataclass(frozen=True, eq=False)
 class SavedState:
     """
-    A localizer between two scans.
+    State of a localizer between two scans.
 
     ``resolution_m`` is the submap's, ``T_odom_sensor (4, 4)`` and ``stamp_ns`` are those of the
     last scan, ``placements`` are ``A_plan_odom``, best first, on the floorplan with the
-    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's. ``scale`` is what
-    was known of that floorplan's (:meth:`ScaleHistory.arrays`). ``odometry`` names the run of the
-    odometry in whose frame all this is, in the words of whoever saved it; empty: unknown.
+    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's. ``scale`` is the
+    estimate for that floorplan (:meth:`ScaleHistory.arrays`). ``odometry`` identifies the run of
+    the odometry whose frame is used, as given by the caller; empty: unknown.
 
     Raises
     ------
     ValueError, KeyError
-        If a value is not of a localizer of this version.
+        If a value does not belong to this version of the localizer.
     """
 
     resolution_m: float
@@ -51,16 +51,16 @@ class SavedState:
     version: int = _VERSION
 
     def __post_init__(self) -> None:
-        """Check what a file may hold."""
+        """Validate the values, which may come from a file."""
         if self.version != _VERSION:
             raise ValueError(f'version {self.version}, expected {_VERSION}')
         freeze_field(self, 'T_odom_sensor', np.float64, (4, 4))
-        tuple(self.placements)  # raises for what is no placement
+        tuple(self.placements)  # raises on invalid placements
         ScaleHistory.check(self.scale)
 
 
 def plan_fingerprint(grid: GridMap) -> str:
-    """Return what tells one floorplan from another: a hash of its cells and their place."""
+    """Return a hash that identifies a floorplan by its cells and pose."""
     digest = hashlib.sha256(np.ascontiguousarray(grid.cells).tobytes())
     digest.update(repr((grid.shape, grid.resolution)).encode())
     digest.update(grid.T_frame_grid.matrix.tobytes())
@@ -69,12 +69,12 @@ def plan_fingerprint(grid: GridMap) -> str:
 
 def write_state(path: Path | str, state: SavedState) -> None:
     """
-    Write a state; a reader sees the old file or the new one, never half of it.
+    Write a state atomically: a reader sees the old file or the new one.
 
     Raises
     ------
     StateError
-        If the folder cannot be made or written.
+        If the folder cannot be created or written.
     """
     try:
         write_arrays(Path(path), to_arrays(state), is_durable=True)

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which storey: a tick is about one of them, and here are the others, which compete with it.
+Multi-floor posterior: an update concerns one storey, and the others compete with it.
 
-Not every storey is searched at every tick. Nothing is claimed before all have been with half of
-what is seen by then: until they have, several are in each tick, the least known first, and then
-one in turn. Those that may be right are followed on new walls, as rivals on the same storey are;
-what was found on the rest stands. A claim that stands surely asks for no more than it took.
+Acceptance requires a search of each storey with at least half of the area observed by then. Until
+then several are searched per update, oldest results first, afterwards one in turn. Likely storeys
+are tracked on new walls, like competing placements on one storey; other results are kept. While a
+placement is accepted with sufficient probability, only the required searches are made.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ from fpnet_core.types import GridMap, Segmentation, Submap
 logger = logging.getLogger(__name__)
 
 # Chosen, not measured:
-_SEARCHED_A_TICK = 1  # other storeys; a search of one takes half of a tick
-_SEARCHED_BEFORE_A_CLAIM = 6  # a dozen storeys within two ticks
-_FOLLOWED = 3  # placements on a storey that is not searched in this tick
+_SEARCHED_PER_UPDATE = 1  # other storeys per update; the search of one takes half of an update
+_SEARCHED_BEFORE_ACCEPTANCE = 6  # a dozen storeys within two updates
+_FOLLOWED = 3  # tracked placements on a storey that is not searched in this update
 _MOST_FOLLOWED = 3  # storeys
-_MAY_BE_RIGHT = 1e-3  # probability from which a storey is followed
-_WELL_SEARCHED = 0.5  # share of what is seen by now that a search must have been of
+_LIKELY = 1e-3  # probability from which a storey is tracked
+_WELL_SEARCHED = 0.5  # share of the observed area that a search must have covered
 
 
 @dataclass(frozen=True, eq=False)
 class StoreyPlan:
     """
-    One storey's drawing as it is given: its ``name``, unique, and what is known of its scale.
+    Drawing of one storey: its ``name``, unique, and the prior on its scale.
 
-    All but the name is as of :meth:`fpnet_core.localizer.floorplan.Floorplan.prepared`.
+    The other fields are as in :meth:`fpnet_core.localizer.floorplan.Floorplan.prepared`.
     """
 
     name: str
@@ -59,15 +59,15 @@ class StoreyPlan:
 
 def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list[Floorplan]:
     """
-    Return storeys cut into rooms, each as probable as the others.
+    Return storeys segmented into rooms, with equal priors.
 
     Raises
     ------
     MapFormatError
-        If a drawing holds no room, or there is none; the message names the storey.
+        If a drawing contains no room, or there is none; the message names the storey.
     """
     if not storeys:
-        raise MapFormatError('there is no floorplan; give at least one')
+        raise MapFormatError('no floorplan was given; at least one is required')
     plans = []
     for each in storeys:
         try:
@@ -80,14 +80,14 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
             ) from None
         plans.append(replace(plan, name=each.name))
         if plan.scale_conflict is not None:
-            _warn_of(plan.scale_conflict, each)
+            _warn_scale_conflict(plan.scale_conflict, each)
     return plans
 
 
-def _warn_of(scale_conflict: ScaleEstimate, storey: StoreyPlan) -> None:
+def _warn_scale_conflict(scale_conflict: ScaleEstimate, storey: StoreyPlan) -> None:
     stated_m = storey.grid.resolution
     logger.warning(
-        '%s: %s, and %.3g is stated; measure one length of it, or have its scale estimated '
+        '%s: %s, but %.3g is stated; measure one length of it, or have its scale estimated '
         '(localizer.scale_policy: unknown)',
         f'storey {storey.name!r}' if storey.name else 'the floorplan',
         scale_conflict.said_at(stated_m),
@@ -96,24 +96,24 @@ def _warn_of(scale_conflict: ScaleEstimate, storey: StoreyPlan) -> None:
 
 
 def check_weights(weights: Mapping[str, float], plans: Sequence[Floorplan]) -> None:
-    """Raise HintError where weights are not those of all storeys, and positive."""
+    """Raise HintError unless weights are positive and cover exactly the storeys."""
     names = {plan.name for plan in plans}
     if unknown := sorted(set(weights) ^ names):
         raise HintError(
-            f'{unknown[0]!r} is missing or no storey; expected {", ".join(sorted(names))}'
+            f'{unknown[0]!r} is missing or unknown; expected {", ".join(sorted(names))}'
         )
     if not all(0.0 < weight < math.inf for weight in weights.values()):
-        raise HintError('weights of storeys must be positive and finite')
+        raise HintError('storey weights must be positive and finite')
 
 
 @dataclass(frozen=True, eq=False)
 class OtherStorey:
     """
-    A storey that the tick is not about.
+    A storey other than that of the update.
 
-    ``tracked`` are its placements, ``A_plan_odom`` in working metres; ``verdict`` what was found
-    at the last look, None before the first; ``searched_m2`` the floor that had been seen when all
-    of it was searched last.
+    ``tracked`` are its placements, ``A_plan_odom`` in working metres; ``posterior`` is the last
+    result, None before the first; ``searched_m2`` is the floor observed at its last complete
+    search.
     """
 
     plan: Floorplan
@@ -123,38 +123,38 @@ class OtherStorey:
 
     @property
     def probability(self) -> float:
-        """Probability of all placements on it."""
+        """Total probability of its placements."""
         return (
             0.0 if self.posterior is None else float(self.posterior.placements.probability.sum())
         )
 
     @property
     def best(self) -> float:
-        """Probability of the best placement on it."""
+        """Probability of its best placement."""
         return 0.0 if self.posterior is None else self.posterior.best
 
     @property
     def said(self) -> tuple[str, float, float]:
-        """Its name, the share of the walls that its best placement explains, and its p."""
+        """Name, share of the walls that its best placement explains, and probability of that."""
         if self.posterior is None or not len(self.posterior.evidence):
             return self.plan.name, 0.0, 0.0
         return self.plan.name, float(self.posterior.evidence.of('support')[0]), self.best
 
     def is_searched(self, area_m2: float) -> bool:
-        """Tell whether it was searched with as much as a claim takes."""
+        """Return whether it was searched with as much floor as acceptance requires."""
         return self.searched_m2 >= _WELL_SEARCHED * area_m2
 
     def forgotten(self) -> OtherStorey:
-        """Return the storey before anybody has looked."""
+        """Return the storey without results."""
         return OtherStorey(self.plan)
 
 
 @dataclass(frozen=True, eq=False)
 class StoreyLook:
     """
-    What the other storeys are looked at with.
+    Inputs for updates of the other storeys.
 
-    ``submap``, its side ``sub`` and ``robot_xy`` are the tick's.
+    ``submap``, its prepared map ``sub`` and ``robot_xy`` are those of the update.
     """
 
     submap: Submap
@@ -166,10 +166,10 @@ class StoreyLook:
         self, others: Sequence[OtherStorey], is_settled: bool, searches: bool, timer: StageTimer
     ) -> tuple[tuple[OtherStorey, ...], list[bool]]:
         """
-        Return the storeys after this tick, and which of them were looked at in it.
+        Return the storeys after this update, and which of them have new results.
 
-        ``is_settled`` tells whether a claim stands, and as firmly as it was made; ``searches``
-        whether this is a tick for searches at all.
+        ``is_settled``: a placement is accepted with sufficient probability; ``searches``: this
+        update searches at all.
         """
         if not others:
             return (), []
@@ -188,21 +188,21 @@ class StoreyLook:
 
     def _wanted(self, others: Sequence[OtherStorey], is_settled: bool) -> list[OtherStorey]:
         """
-        Return the storeys to search in this tick: those that were with the least seen.
+        Return the storeys to search in this update, those with the least area first.
 
-        Those that keep a claim from being made come first, as many as may; while a claim is
-        settled, they come one by one. Without any, and without a claim, there is one in turn.
+        Storeys that block acceptance come first, up to a limit; while a placement is settled, one
+        per update. If there are none and no placement is settled, one is searched in turn.
         """
         area_m2 = self.submap.free_area_m2
         due = [each for each in others if not each.is_searched(area_m2)]
-        most = _SEARCHED_A_TICK if is_settled else _SEARCHED_BEFORE_A_CLAIM
+        most = _SEARCHED_PER_UPDATE if is_settled else _SEARCHED_BEFORE_ACCEPTANCE
         if not due and not is_settled:
             due = [each for each in others if area_m2 >= NEWS_GROWTH * each.searched_m2]
-            most = _SEARCHED_A_TICK
+            most = _SEARCHED_PER_UPDATE
         return sorted(due, key=lambda each: (each.searched_m2, -each.probability))[:most]
 
     def _followed(self, others: Sequence[OtherStorey]) -> list[OtherStorey]:
-        likely = [each for each in others if each.probability >= _MAY_BE_RIGHT]
+        likely = [each for each in others if each.probability >= _LIKELY]
         return sorted(likely, key=lambda each: -each.probability)[:_MOST_FOLLOWED]
 
     def _searched(self, storey: OtherStorey) -> OtherStorey:
@@ -217,7 +217,7 @@ class StoreyLook:
         )
 
     def _kept(self, storey: OtherStorey) -> OtherStorey:
-        """Return the storey with its best placements on the walls that are seen now."""
+        """Return the storey with its best placements tracked on the current walls."""
         plan, tracked = storey.plan, storey.tracked.take(slice(_FOLLOWED))
         area_m2 = self.submap.free_area_m2
         match = self.global_localizer.matcher.match(plan.working.graph, self.sub.graph, area_m2)
@@ -243,19 +243,19 @@ def floor_posterior(
     is_fresh: Sequence[bool],
 ) -> tuple[Posterior, tuple[OtherStorey, ...]]:
     """
-    Return the verdict on ``plan`` and the other storeys, all weighed against each other.
+    Return the posteriors of ``plan`` and of the other storeys, weighed against each other.
 
-    Those that may be right are weighed once more, as if there were no others.
+    Likely storeys are weighed a second time without the unlikely ones.
     """
-    if not others:  # and a site of one is a plan
+    if not others:  # a site with one storey is a plan
         return here, ()
     drawn = [here, *(each.posterior or _UNSEEN for each in others)]
     priors = [plan.log_prior, *(each.plan.log_prior for each in others)]
     fresh = [True, *is_fresh]
     posteriors = scorer.among_storeys(drawn, priors, fresh)
-    # The larger a plan, the more of it may have been overlooked; not what is out of the question.
+    # More plan area makes "none" more probable, so unlikely storeys must not count.
     likely = [
-        new and (not k or float(each.placements.probability.sum()) >= _MAY_BE_RIGHT)
+        new and (not k or float(each.placements.probability.sum()) >= _LIKELY)
         for k, (new, each) in enumerate(zip(fresh, posteriors, strict=True))
     ]
     if likely != fresh:
@@ -276,21 +276,21 @@ _UNSEEN = Posterior(
     0.0,
     0.0,
 )
-"""Given: of a storey that nobody has looked at; as probable as another building."""
+"""Given: of a storey without results; as probable as another building."""
 
 
 def weights_of_word(storey: str, names: Collection[str]) -> dict[str, float]:
-    """Return the storeys' weights, of sum 1, after someone's word that the robot is on one."""
+    """Return the storeys' weights, of sum 1, given a hint that the robot is on one of them."""
     odds = {name: 1.0 if name == storey else math.exp(-WORD) for name in names}
     return {name: each / sum(odds.values()) for name, each in odds.items()}
 
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
     """
-    Return a storey with its prior of ``weights``, which need not add up.
+    Return a storey with its prior from ``weights``, which need not sum to one.
 
-    It is against as many even storeys as the weights leave open (their perplexity): a site of
-    which one storey is left is that plan, and no surer of it for those that are ruled out.
+    It is relative to equally probable storeys, as many as the perplexity of the weights. If only
+    one storey is left, the site equals that plan and gains nothing from those ruled out.
     """
     share = np.array(list(weights.values())) / sum(weights.values())
     log_even = float(share @ np.log(share))
@@ -299,26 +299,26 @@ def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
 
 
 def unsearched(others: Sequence[OtherStorey], area_m2: float) -> int:
-    """Count the storeys that keep a claim from being made where so much floor has been seen."""
+    """Count the storeys whose missing search blocks acceptance at this observed area."""
     return sum(not each.is_searched(area_m2) for each in others)
 
 
 def probabilities(
     plan: Floorplan, posterior: Posterior, others: Sequence[OtherStorey]
 ) -> dict[str, float]:
-    """Return the probability of each storey's placements, by its name."""
+    """Return the total probability of each storey's placements, by name."""
     here = float(posterior.placements.probability.sum())
     return {plan.name: here, **{each.plan.name: each.probability for each in others}}
 
 
 def to_try(plan: Floorplan, starts: Mapping[str, Affine2D]) -> Placements:
-    """Return the placement to try first on a storey, working metres; none where there is none."""
+    """Return the placement to try first on a storey, working metres; empty without one."""
     if plan.name not in starts:
         return Placements.empty()
     return Placements.of([plan.placed_in_working(starts[plan.name])])
 
 
 def strongest(others: Sequence[OtherStorey]) -> OtherStorey | None:
-    """Return the storey with the most probable placement; None where none has any."""
+    """Return the storey with the most probable placement; None without any placement."""
     placed = [each for each in others if each.best > 0.0]
     return max(placed, key=lambda each: each.best, default=None)

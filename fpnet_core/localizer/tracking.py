@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What may be claimed: from each look's probabilities to a status; time decides."""
+"""Hypothesis tracking over time: from the posteriors of updates to a status."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from fpnet_core.scoring import Circumstances, PlacementScorer, Posterior, reason
 from fpnet_core.submaps.recent import RECENT_M
 from fpnet_core.types import Status
 
-_MIRROR_LOG_ODDS = 5.3  # nats: a prior, one drawing in two hundred is a mirror image; chosen
+_MIRROR_LOG_ODDS = 5.3  # nats, prior: one drawing in two hundred is mirrored; chosen
 
 _NEWS_M2 = 5.0
 """
-Chosen: a look confirms the last sure one with so much more floor in sight, as much as the smallest
-rooms have (``benchmarks/claim_rules.py``). Walls do not count: they fill in as a robot stands.
+Chosen: floor that must be new for an update to confirm the last one, the size of the smallest
+rooms (``benchmarks/claim_rules.py``). Walls do not count, as they fill in while a robot stands.
 """
 
-_MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed; chosen
+_MIRROR_WINS = 2  # consecutive checks in which the mirror image would be accepted; chosen
 
 
 @dataclass(frozen=True, eq=False)
 class LocalizationState:
     """
-    Status, the placement it rests on (None while searching) and its probability.
+    Status, its placement (None while searching) and the probability of that.
 
-    ``reason`` says why, in one sentence; ``is_mirrored`` that it is because what was seen fits the
-    plan's mirror image only. ``scored`` are all placements that the status rests on, with their
-    probabilities. ``deformation_m`` is how far the drawing is deformed under the best one, and
-    ``residual_m`` how far three quarters of the walls lie off drawn ones at most.
+    ``reason`` explains it in one sentence; ``is_mirrored``: the observations fit the
+    plan's mirror image only. ``scored`` are all placements behind the status, with their
+    probabilities. ``deformation_m`` is the deformation of the drawing under the best one, and
+    ``residual_m`` the 75th percentile of the distances of walls from drawn ones.
     """
 
     status: Status
@@ -53,28 +53,28 @@ class LocalizationState:
 @dataclass(frozen=True, eq=False)
 class TrackState:
     """
-    Where the ticks so far have led; plain values, from which the next tick goes on.
+    Result of all updates so far; plain values, input of the next update.
 
     Parameters
     ----------
     leader
-        ``A_plan_odom`` of the last tick's best placement; None where there was none.
+        ``A_plan_odom`` of the last update's best placement; None if there was none.
     wins
-        Ticks in a row that it has led.
+        Consecutive updates that it has won.
     sure_wins
-        Those of them that were sure, each of more than the one before.
+        Those of them with sufficient probability, each with new observations.
     sure_of_m2
-        Free space seen at the last one of these.
+        Free area observed at the last of these.
     probability
-        The leader's at the last tick.
-    is_claimed, was_localized
-        A claim stands; one has stood.
+        The leader's at the last update.
+    is_accepted, was_localized
+        A placement is accepted; one was accepted before.
     mirrored
-        The last look at the plan's mirror image; None before the first.
+        Last posterior on the plan's mirror image; None before the first check.
     mirror_wins
-        Looks in a row at which the mirror image would have been claimed.
-    ticks_since_mirror
-        Ticks since that look.
+        Consecutive checks in which the mirror image would be accepted.
+    updates_since_mirror
+        Updates since the last check.
     """
 
     leader: Affine2D | None = None
@@ -92,32 +92,32 @@ class TrackState:
 @dataclass(frozen=True, eq=False)
 class UpdateContext:
     """
-    What a verdict is about.
+    Context of a posterior.
 
     Parameters
     ----------
     sub
         Evidence of the submap.
     A_submap_odom
-        Anchors the submap, so that placements are compared in the odometry frame although the
-        submap may have been re-anchored.
+        Pose of ``odom`` in the submap. Placements are compared in the odometry frame, because the
+        submap's frame may have changed.
     robot_xy : (2,)
-        Where the robot is in the submap [m]; None without one.
+        Position of the robot in the submap [m]; None without one.
     floor_m2, driven_m
-        Free space seen so far, and the way on which that was.
+        Free area observed so far, and length of the path.
     unseen_m
-        Estimate of the drawn walls that are still to be seen.
+        Estimated length of plan walls not observed yet.
     needs_news
-        A claim asks for more of it between the ticks that confirm it.
+        Acceptance requires new observations between the updates that confirm it.
     scales
-        Smallest and largest mean scale that a placement might have.
+        Smallest and largest mean scale allowed for a placement.
     storey
-        The one that the verdict is about, where there are several.
+        The one of the posterior, if there are several.
     rival_storey
-        The other storey with the most probable placement, the share of the walls that this
-        explains, and its probability; None without one.
+        Other storey with the most probable placement, the share of walls explained by this
+        placement, and its probability; None without one.
     unsearched
-        Other storeys that have not been searched with what a claim takes.
+        Number of other storeys whose missing search blocks acceptance.
     """
 
     sub: MapEvidence
@@ -136,27 +136,27 @@ class UpdateContext:
 @dataclass(frozen=True, eq=False)
 class HypothesisTracker:
     """
-    Turns each tick's verdict into a status; time decides.
+    Derives the status from the posteriors of consecutive updates.
 
-    A claim needs the same placement to win ``confirm_updates`` times in a row with probability
-    of at least ``accept_probability``, and a look at the plan's mirror image and at every other
-    storey of the site; it is kept until the
-    probability falls below ``release_probability``, so that it neither flickers nor outlives its
-    evidence. What a robot sees again from where it stands confirms nothing, however often it
-    looks: between two wins that count the submap must have grown, unless the caller knows better,
-    or it has driven and the odds are those of as many independent sure looks: floor that was seen
-    before counts.
+    Acceptance requires that the same placement wins ``confirm_updates`` updates in a row with a
+    probability of at least ``accept_probability``, and a check of the plan's mirror image and of
+    every other storey of the site. The placement is kept until its probability falls below
+    ``release_probability``; this hysteresis avoids flicker and still releases a placement without
+    evidence. Repeated observations from one place confirm nothing:
+    between two wins that count the submap must have grown, unless ``needs_news`` is off,
+    or the robot has moved and the odds equal those of as many independent wins: then known floor
+    counts as well.
     """
 
     config: LocalizerConfig
     scorer: PlacementScorer
 
     def is_settled(self, track: TrackState) -> bool:
-        """Tell whether a claim stands, and as firmly as it was made."""
+        """Return whether a placement is accepted with sufficient probability."""
         return track.is_accepted and track.probability >= self.config.accept_probability
 
     def wants_mirror(self, track: TrackState) -> bool:
-        """Tell whether the next tick should look at the plan's mirror image, too."""
+        """Return whether the next update should check the plan's mirror image."""
         if track.is_accepted:
             return False
         soon = track.sure_wins + 1 >= self.config.confirm_updates
@@ -171,12 +171,12 @@ class HypothesisTracker:
         mirrored: Posterior | None = None,
     ) -> tuple[TrackState, LocalizationState]:
         """
-        Return where one tick's verdict leads, and what may be claimed.
+        Return the track and the localization state after one update.
 
-        ``mirrored`` is that on the plan's mirror image, None where nobody looked.
+        ``mirrored`` is the posterior on the plan's mirror image; None if not checked.
         """
         track = self._mirror_counted(track, posterior, mirrored)
-        # Between two looks the mirror image is as good as it was at the last one.
+        # Between checks of the mirror image, its last posterior is used.
         if track.mirrored is not None and not track.is_accepted:
             posterior = self.scorer.against_mirror(posterior, track.mirrored, _MIRROR_LOG_ODDS)
         track = replace(track, probability=posterior.best)
@@ -197,13 +197,13 @@ class HypothesisTracker:
             return _nothing_found(track, posterior, look)
         track = self._win_counted(track, posterior, context, look.at)
         has_seen_all = mirrored is not None and not context.unsearched
-        track = self._claim_decided(track, posterior.best, has_seen_all)
-        return track, self._belief(track, posterior, context, look)
+        track = self._with_acceptance(track, posterior.best, has_seen_all)
+        return track, self._localization_state(track, posterior, context, look)
 
-    def _claim_decided(
+    def _with_acceptance(
         self, track: TrackState, probability: float, has_seen_all: bool
     ) -> TrackState:
-        """Return whether a claim stands after a tick that has counted."""
+        """Return the track with the decision on acceptance."""
         needed = self.config.confirm_updates
         if track.is_accepted:
             is_kept = probability >= self.config.release_probability
@@ -213,7 +213,7 @@ class HypothesisTracker:
         was_localized = track.was_localized or is_accepted
         return replace(track, is_accepted=is_accepted, was_localized=was_localized)
 
-    def _belief(
+    def _localization_state(
         self, track: TrackState, posterior: Posterior, context: UpdateContext, look: Circumstances
     ) -> LocalizationState:
         look = replace(
@@ -236,7 +236,7 @@ class HypothesisTracker:
     def _mirror_counted(
         self, track: TrackState, posterior: Posterior, mirrored: Posterior | None
     ) -> TrackState:
-        """Count how often in a row the mirror image would have been claimed."""
+        """Count the consecutive checks in which the mirror image would be accepted."""
         if mirrored is None:
             return replace(track, updates_since_mirror=track.updates_since_mirror + 1)
         contest = self.scorer.against_mirror(mirrored, posterior, 0.0)
@@ -251,7 +251,7 @@ class HypothesisTracker:
         context: UpdateContext,
         at: NDArray[np.float64],
     ) -> TrackState:
-        """Count how often in a row the best placement has led, as far as points ``at`` tell."""
+        """Count the consecutive wins of the best placement, compared at the points ``at``."""
         A_plan_odom = posterior.placements[0].A_plan_submap @ context.A_submap_odom
         points_odom = context.A_submap_odom.inv().apply(at)
         is_same = False
@@ -264,12 +264,12 @@ class HypothesisTracker:
     def _sure_win_counted(
         self, track: TrackState, probability: float, context: UpdateContext
     ) -> TrackState:
-        """Count how often in a row the leader was sure, each time of more than the last."""
+        """Count the consecutive wins with sufficient probability and new observations."""
         is_sure = probability >= self.config.accept_probability
-        # A new leader has won once, whatever the one before it did.
+        # A new leader starts at one win.
         before = track.sure_wins if is_sure and track.wins > 1 else 0
         is_old = context.floor_m2 < track.sure_of_m2 + _NEWS_M2
-        # As sure as all of them together, from more than one place: seen before, it counts.
+        # Probability of that many independent wins, after some motion: known floor counts too.
         together = self.config.confirm_updates * logit(self.config.accept_probability)
         counts = context.driven_m > RECENT_M and logit(probability) >= together
         if before and context.needs_news and is_old and not counts:

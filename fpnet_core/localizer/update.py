@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The tick: from what was known and what is seen to what is known now and what may be claimed.
+Update of the localizer: from state and observation to the next state and the output.
 
-A function of values. Who calls it keeps the state, and may throw a result away: the same state
-and the same submap give the same answer again.
+It is a pure function. The caller keeps the state and may discard a result; the same state
+and submap give the same result again.
 """
 
 from __future__ import annotations
@@ -59,17 +59,17 @@ def update(
     timer: StageTimer,
 ) -> tuple[UpdateState, LocalizerOutput]:
     """
-    Segment, match, verify and decide: return the next state and what may be said.
+    Segment, match, verify and decide; return the next state and the output.
 
-    Changes neither ``state`` nor ``seen``, and never raises on what sensors send; "no answer" is a
-    status.
+    Changes neither ``state`` nor ``observation`` and never raises on sensor data; the absence of a
+    pose is a status.
 
     Parameters
     ----------
-    state : what the last tick left, or a beginning
-    seen : the submap and where the robot is in it
-    finder : matcher, judge and configuration
-    timer : measures the stages; the output has its durations, and nothing else hangs on them
+    state : result of the last update, or the initial state
+    observation : the submap and the robot's pose in it
+    global_localizer : matcher, placement scorer and configuration
+    timer : measures the stages; the output contains its durations, nothing depends on them
     """
     plan, submap = state.plan, observation.submap
     if plan is None:
@@ -86,7 +86,7 @@ def update(
 
 
 def _waiting(observation: Observation, global_localizer: GlobalLocalizer) -> LocalizerOutput:
-    """Return the output of a tick that has seen too little to compare."""
+    """Return the output of an update with too few observations to match."""
     seen_m2 = 0.0 if observation.submap is None else observation.submap.free_area_m2
     return LocalizerOutput(
         observation.now_ns,
@@ -101,7 +101,7 @@ def _waiting(observation: Observation, global_localizer: GlobalLocalizer) -> Loc
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """What the search, or the following of the last one, has led to."""
+    """Result of a search, or of tracking the last one."""
 
     segmenter: SubmapSegmenter
     searched: CachedSearch
@@ -110,7 +110,7 @@ class _Found:
 
 @dataclass(frozen=True, eq=False)
 class _Update:
-    """One tick with a floorplan and enough to compare it with; a method for each step."""
+    """One update with a floorplan and enough observations; a method for each step."""
 
     state: UpdateState
     plan: Floorplan
@@ -129,7 +129,7 @@ class _Update:
         others, is_fresh = look.looked_at(
             state.others, tracker.is_settled(state.track), not found.searched.updates, self.timer
         )
-        # Storeys that keep a claim from being made come before doubts about this one.
+        # Searches of other storeys that block acceptance come before the tests of this one.
         has_searched = not unsearched(others, submap.free_area_m2)
         doubts = has_searched and tracker.wants_mirror(state.track)
         search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
@@ -176,13 +176,13 @@ class _Update:
             return after, named
         left = OtherStorey(plan, after.tracked, posterior, found.searched.free_area_m2)
         begun = TrackState(was_localized=track.was_localized)
-        # It has been looked at in this tick, and has won.
+        # The other storey was updated just now, so this counts as its first win.
         if best.posterior is not None and is_fresh[others.index(best)]:
             begun, _ = tracker.update(begun, best.posterior, self._context(sub, None, others))
         return replace(after.about(best.plan.name, left), track=begun), named
 
     def _placed(self) -> _Found:
-        """Search the whole plan, or follow what the last search found where that will do."""
+        """Search the whole plan, or track the results of the last search if it still holds."""
         state, submap = self.state, self.submap
         search, last = self.plan.scale.search.as_stated, state.searched
         if last is not None and last.holds(submap, self.global_localizer.config.localizer):
@@ -195,27 +195,27 @@ class _Update:
         return _Found(segmenter, searched, candidates)
 
     def _query(self, sub: PreparedMap, search: ScaleSearch) -> MatchQuery:
-        """Return where the submap lies, also by the last tick's placements, as a question."""
+        """Return the match query for the submap, with the last update's placements."""
         tracked = self.state.tracked @ self.submap.T_odom_submap
         area_m2 = self.submap.free_area_m2
         return MatchQuery(self.plan.working, sub, area_m2, search, tracked, self.robot_xy)
 
     def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Posterior]:
-        """Return the verdict on the drawing's mirror image, and the plan that has it by now."""
+        """Return the posterior on the mirrored plan, and the plan with its mirror computed."""
         scale = found.candidates.estimates.take(slice(1)).scale
-        # A drawing both flipped and misstated matters only as a misstated one's rival.
+        # The wide scale prior applies to the mirror image only if the plan itself needs it.
         alike = search.as_stated if search.is_within(scale).all() else search
         with self.timer.stage('mirror'):
             plan = self.plan.with_mirror()
-            assert plan.mirror is not None  # it was asked for
-            # Its stages are not the drawing's.
+            assert plan.mirror is not None  # by with_mirror()
+            # The mirror image's stages are not part of the plan's timings.
             area_m2 = self.submap.free_area_m2
             query = MatchQuery(plan.mirror, found.searched.sub, area_m2, alike)
             mirrored = self.global_localizer.find(query, StageTimer())
         return plan, mirrored.posterior
 
     def _hinted(self, posterior: Posterior) -> tuple[Posterior, PoseHint | None]:
-        """Return the verdict after someone's word, unless walls outweigh it, and what is left."""
+        """Return the posterior given the hint, unless walls outweigh it, and the updated hint."""
         hint = self.state.hint
         if hint is None or not posterior.placements:
             return posterior, hint
@@ -275,11 +275,11 @@ class _Update:
     def _covariance(
         self, estimate: LocalizationState, A_plan_odom: Affine2D | None
     ) -> PoseCovariance | None:
-        """Return how far the robot may be from where a claim puts it, working metres."""
+        """Return the covariance of the accepted pose, working metres."""
         if A_plan_odom is None:
             return None
         plan, submap, last = self.plan.working.evidence, self.submap, self.state.covariance
-        assert self.robot_xy is not None  # a claim rests on scans, and they have poses
+        assert self.robot_xy is not None  # localized implies scans with poses
         recent, newest, xy_odom = (
             submap.T_odom_submap.apply(xy)
             for xy in (submap.recent_xy, submap.newest_xy, self.robot_xy)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a tick goes on from, and what it looks at: plain values."""
+"""State and observation of an update: plain values."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from fpnet_core.types import Submap
 @dataclass(frozen=True, eq=False)
 class UpdateState:
     """
-    Everything that a tick goes on from, and leaves to the next one.
+    State passed from one update to the next.
 
     Parameters
     ----------
     plan
-        The floorplan in force, and what is known of its scale; of a site, the storey that the next
-        tick is about.
+        Current floorplan with its scale; on a site, the storey of the next
+        update.
     others
-        The site's other storeys.
+        Other storeys of the site.
     segmenter
-        The rooms of the submap so far.
-    standing, vicinity
-        What the claim rests on: the ticks so far, and the walls around the robot.
+        Segmentation state of the submap.
+    track, kidnap_state
+        History of the updates, and the check against walls near the robot.
     tracked
-        ``A_plan_odom`` of the last tick's placements, working metres.
+        ``A_plan_odom`` of the last update's placements, working metres.
     searched
-        The last search, as long as ticks may go on from it; None: the next tick searches.
+        The last search while updates may reuse it; None: the next update searches.
     hint
-        Someone's word on where the robot is, working metres.
+        Hint about the robot's pose, working metres.
     covariance
-        How far off the claimed pose may be, working metres; None without a claim.
+        Of the accepted pose, working metres; None while not localized.
     is_elsewhere
-        The robot is not where its submap goes on: that must begin anew.
+        The robot has left the place where its submap continues; a new submap is required.
     """
 
     plan: Floorplan | None = None
@@ -64,25 +64,25 @@ class UpdateState:
 
     @property
     def storeys(self) -> tuple[Floorplan, ...]:
-        """Return the floorplans of all storeys, that in force first; none without one."""
+        """Floorplans of all storeys, the current one first; empty without one."""
         here = () if self.plan is None else (self.plan,)
         return (*here, *(other.plan for other in self.others))
 
     def on(self, *plans: Floorplan) -> UpdateState:
-        """Return the beginning on other floorplans, of all of a site; the submap stays."""
+        """Return the initial state on other floorplans, one per storey; the submap is kept."""
         others = tuple(map(OtherStorey, plans[1:]))
         return UpdateState(plans[0], self.segmenter, others=others)
 
     def unlocalized(self) -> UpdateState:
-        """Return the state without placements and claims; plan and submap stay."""
+        """Return the state without placements; plan and submap are kept."""
         return replace(self.without_submap(), segmenter=self.segmenter)
 
     def without_submap(self) -> UpdateState:
-        """Return the beginning on the same floorplan."""
+        """Return the initial state on the same floorplan."""
         return UpdateState(self.plan, others=tuple(each.forgotten() for each in self.others))
 
     def with_hint(self, hint: PoseHint) -> UpdateState:
-        """Return the state with a word, in nominal metres; a claim stands until it is weighed."""
+        """Return the state with a hint, nominal metres; the status is kept until it is weighed."""
         state = self
         if self.plan is not None and self.others:
             storey = hint.storey or self.plan.name
@@ -94,7 +94,7 @@ class UpdateState:
         return replace(state, hint=hint, tracked=tracked, searched=None)
 
     def about(self, storey: str, left: OtherStorey | None = None) -> UpdateState:
-        """Return the state with another storey in force; ``left`` is what was found on this."""
+        """Return the state with another current storey; ``left`` are the results on this one."""
         chosen = next((each for each in self.others if each.plan.name == storey), None)
         if chosen is None or self.plan is None:
             return self
@@ -106,14 +106,14 @@ class UpdateState:
         )
 
     def starting(self, starts: Mapping[str, Affine2D]) -> UpdateState:
-        """Return the state with placements to try first, nominal metres, by the storeys' names."""
+        """Return the state with placements to try first, nominal metres, by storey name."""
         if self.plan is None:
             return self
         others = tuple(replace(each, tracked=to_try(each.plan, starts)) for each in self.others)
         return replace(self, tracked=to_try(self.plan, starts), others=others)
 
     def weighed(self, weights: Mapping[str, float]) -> UpdateState:
-        """Return the state with other priors of the storeys, which need not add up to one."""
+        """Return the state with new priors of the storeys, which need not sum to one."""
         if self.plan is None:
             return self
         others = tuple(replace(each, plan=with_priors(each.plan, weights)) for each in self.others)
@@ -123,11 +123,11 @@ class UpdateState:
 @dataclass(frozen=True, eq=False)
 class Observation:
     """
-    What a tick looks at.
+    Input of an update.
 
-    ``submap`` is everything seen so far, ``T_odom_sensor (4, 4)`` of its newest scan; None before
-    the first. ``now_ns`` stamps the output meanwhile. ``is_upside_down``: the scans say so of the
-    scanner.
+    ``submap`` contains all observations, ``T_odom_sensor (4, 4)`` is that of its newest scan; None
+    before the first. ``now_ns`` stamps the output until then. ``is_upside_down``: the scans
+    indicate an inverted scanner.
     """
 
     now_ns: int
@@ -137,7 +137,7 @@ class Observation:
 
     @property
     def robot_xy(self) -> RobotXY:
-        """Where the robot is in the submap."""
+        """Position of the robot in the submap."""
         if self.submap is None or self.T_odom_sensor is None:
             return None
         return self.submap.T_odom_submap.inv().apply(self.T_odom_sensor[:2, 3])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Compile what the first tick would otherwise wait for."""
+"""Compilation of everything that would delay the first update."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 # Chosen, not measured:
-# Two rooms side by side with a door between them, inner sizes in metres.
+# Two rooms side by side with a door between them; inner sizes in metres.
 _ROOM_M = np.array([6.0, 5.0])
 _WALL_M, _DOOR_M, _RESOLUTION_M = 0.2, 1.0, 0.1
-# Above the sensor, so dense that walls fill all heights alike: planes are floors and ceilings.
+# Above the sensor; dense, so that walls fill all heights alike: planes are floors and ceilings.
 _HEIGHTS_M = np.linspace(-0.8, 1.6, 97)
 _LINTEL_M = 1.2
 _SPACING_M = 0.05
@@ -25,15 +25,15 @@ _SCAN_NS = NS_PER_S
 
 def warm_up(localizer: Localizer) -> None:
     """
-    Run every compiled stage once on a toy floorplan; the localizer has served its purpose then.
+    Run every compiled stage once on a toy floorplan; discard the localizer afterwards.
 
-    The compiler's cache is keyed by where the package lies, so the first run after an
-    installation takes a minute or two for this, later ones a fraction of a second. A robot that
-    starts to drive meanwhile would lose scans.
+    The compiler's cache is keyed by the path of the package, so the first run after an
+    installation takes a minute or two, later ones a fraction of a second. A robot that
+    starts to move during that time would lose scans.
     """
     localizer.set_plan(_toy_plan())
     left = _toy_scan()
-    voxel_means(left.astype(np.float64), _SPACING_M)  # of odometry, where one process does both
+    voxel_means(left.astype(np.float64), _SPACING_M)  # for odometry in the same process
     right = left * np.array([-1.0, 1.0, 1.0], dtype=np.float32)
     seen_from = np.zeros((2, len(left), 3), dtype=np.float32)
     seen_from[1, :, 0] = _ROOM_M[0] + _WALL_M
@@ -57,7 +57,7 @@ def _toy_plan() -> GridMap:
 
 
 def _toy_scan() -> NDArray[np.float32]:
-    """Return wall points (P, 3) of the left room, and through its door, from its centre."""
+    """Return wall points (P, 3) seen from the centre of the left room, also through its door."""
     width, depth = _ROOM_M
     x, y = (np.arange(0.0, length, _SPACING_M) - length / 2 for length in (width, depth))
     outline = np.concatenate(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Ways of a robot over the floor that it has seen, and over what a drawing shows beyond."""
+"""Shortest paths of a robot across observed floor, and across free space of a plan beyond it."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, Submap
 
 Array = NDArray[np.float64]
 
-_REACH_M = 25.0  # numerical: places farther away are left for later
+_REACH_M = 25.0  # numerical: radius of the search
 _CELL_M = 0.25  # numerical
-_BODY_M = 0.2  # physical: a robot's middle keeps so far from walls
-_BESIDE_M = 1.0  # physical: a robot stands no farther from floor that it can drive on
-_LATTICE = 6  # numerical: every so many cells, in both directions, is a place to look from
+_BODY_M = 0.2  # physical: clearance between a robot's centre and walls
+_BESIDE_M = 1.0  # physical: largest distance of a robot from passable floor
+_LATTICE = 6  # numerical: spacing of the candidate places, in cells
 
 
 @dataclass(frozen=True, eq=False)
 class Ways:
     """
-    The shortest ways from the robot to ``N`` cells.
+    Shortest paths from the robot to ``N`` cells.
 
-    ``length_m (N,)`` is infinite where there is none; ``before (N,)`` is the cell before each,
-    negative where there is none.
+    ``length_m (N,)`` is infinite for unreachable cells; ``before (N,)`` is the preceding cell,
+    negative if there is none.
     """
 
     length_m: Array
     before: NDArray[np.int64]
 
     def to(self, end: int) -> NDArray[np.int64]:
-        """Return the cells of the way to a cell, from the robot on."""
+        """Return the cells of the path from the robot to a cell."""
         way = [end]
         while self.before[way[-1]] >= 0:
             way.append(int(self.before[way[-1]]))
@@ -50,10 +50,10 @@ class Ways:
 @dataclass(frozen=True, eq=False)
 class WayGrid:
     """
-    Where a robot can drive: cells ``(H, W)`` from ``low (2,)`` on, row 0 at the lowest y.
+    Passable cells ``(H, W)`` with the lower corner ``low (2,)``, row 0 at the lowest y.
 
-    ``is_seen`` are the cells that the submap knows; all in metres of the submap. Cells are named
-    by their flat index.
+    ``is_seen`` are the cells known to the submap; units are metres of the submap. Cells are
+    identified by their flat index.
     """
 
     is_passable: NDArray[np.bool_]
@@ -61,12 +61,12 @@ class WayGrid:
     low: Array
 
     def xy(self, cells: NDArray[np.int64]) -> Array:
-        """Return the middles (N, 2) of cells (N,)."""
+        """Return the centres (N, 2) of cells (N,)."""
         row, col = np.divmod(cells, self.is_passable.shape[1])
         return self.low + (np.stack([col, row], axis=-1) + 0.5) * _CELL_M
 
     def ways(self, start_xy: Array) -> Ways:
-        """Return the ways from the passable cell nearest to ``start_xy (2,)``; none from afar."""
+        """Return paths from the passable cell nearest to ``start_xy (2,)``; none if it is far."""
         passable = self.is_passable.ravel()
         places = np.flatnonzero(passable)
         away = np.linalg.norm(self.xy(places) - start_xy, axis=1)
@@ -78,7 +78,7 @@ class WayGrid:
         return Ways(length_m, before.astype(np.int64))
 
     def _links(self, number: NDArray[np.int64]) -> csr_array:
-        """Return the lengths of steps between passable cells, straight and diagonal [m]."""
+        """Return the lengths of straight and diagonal steps between passable cells [m]."""
         steps = [
             (number[:, :-1], number[:, 1:], 1.0),
             (number[:-1], number[1:], 1.0),
@@ -93,13 +93,13 @@ class WayGrid:
         return csr_array((metres[both], (one[both], other[both])), (number.size, number.size))
 
     def lattice(self, ways: Ways) -> NDArray[np.int64]:
-        """Return every so many cells that a way leads to."""
+        """Return the reachable cells of a regular lattice."""
         is_on = np.zeros(self.is_passable.shape, np.bool_)
         is_on[_LATTICE // 2 :: _LATTICE, _LATTICE // 2 :: _LATTICE] = True
         return np.flatnonzero(is_on.ravel() & np.isfinite(ways.length_m))
 
     def straight(self, way: Array) -> Array:
-        """Return the farthest point of a way (P, 2) straight ahead of its beginning, (2,)."""
+        """Return the farthest point of a path (P, 2) in a straight line from its start, (2,)."""
         steps = np.linspace(0.0, 1.0, round(2.0 * _REACH_M / _CELL_M))[:, None]
         corner = way[0]
         for point in way[1:]:
@@ -114,10 +114,10 @@ def way_grid_around(
     submap: Submap, robot_xy: Array, drawn: tuple[MapEvidence, Affine2D] | None = None
 ) -> WayGrid:
     """
-    Return the ground around a robot at ``robot_xy (2,)``, submap.
+    Return the passable ground around a robot at ``robot_xy (2,)``, submap frame.
 
-    ``drawn`` is a floorplan and where the submap lies on it: what is free there and has not been
-    seen may be driven on; None: only what was seen.
+    ``drawn`` is a floorplan and the placement of the submap on it: its free space counts as
+    passable where nothing was observed; None: observed floor only.
     """
     side = round(_REACH_M / _CELL_M)
     low = robot_xy - side * _CELL_M

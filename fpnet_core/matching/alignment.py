@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Settle placements on the outlines of what they match: ends of doorways, corners of rooms.
+Refinement of placements on the outlines of matched regions: ends of doorways, room corners.
 
-Centres alone tell little of a rotation where a submap has two or three regions; a doorway's line
-and a room's corners do. How far outlines stay apart once they are settled tells rooms of nearly
-equal size from one another.
+The centres of two or three regions hardly determine a rotation; a doorway's line and a room's
+corners do. The residual distance between outlines distinguishes rooms of nearly equal size.
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ Array = NDArray[np.float64]
 
 GLIMPSED_WEIGHT = 0.05
 """
-Of a room beside a door where placements are refined: the middle of what was seen of it is off its
-own, and its corners may be where sight ended. Chosen.
+Weight of a room relative to a door in refinement: the centre of the observed part is not the
+room's, and its corners may be limits of visibility. Chosen.
 """
 
 _ITERATIONS = 4  # numerical
 # Chosen, not measured:
-_SPREAD_UNITS = 0.25  # outlines further apart than this, in plan units, count less and less
+_SPREAD_UNITS = 0.25  # scale of the robust weights of outline distances, in plan units
 _SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])  # numerical
 
 
@@ -39,9 +38,9 @@ def aligned(
     sub: GraphGeometry,
 ) -> tuple[Array, Array]:
     """
-    Refit placements to the corners of their pairs, and tell how far outlines stay apart.
+    Refit placements to the corners of their pairs, and measure the residual outline distances.
 
-    Iteratively reweighted least squares with Cauchy weights; rows without a match stay.
+    Iteratively reweighted least squares with Cauchy weights; rows without a match stay unchanged.
 
     Parameters
     ----------
@@ -50,10 +49,10 @@ def aligned(
 
     Returns
     -------
-    Similarities ``(C, 4)``, and of each region ``(C, N)`` by how much its outline is off its
-    partner's, 0 without one: the mean of ``log(1 + (gap / spread)^2)`` over the ends of a doorway,
-    the sides of a room that was seen well, or of any other room the corners, which count where
-    they lie outside its partner.
+    Similarities ``(C, 4)``, and each region's outline distance to its partner ``(C, N)``, 0
+    without one: the mean of ``log(1 + (gap / spread)^2)`` over the ends of a doorway, over the
+    sides of a well observed room, or over the corners of any other room, whose gap is their
+    distance outside its partner.
     """
     seen = np.where(sub.is_door | (sub.observed >= WELL_SEEN), 1.0, GLIMPSED_WEIGHT)
     weight = np.where((partner >= 0) & (fit > 0.0), seen, 0.0)
@@ -89,13 +88,13 @@ def _refitted(
     """
     Return similarities ``(C, 4)`` after one step of weighted least squares.
 
-    ``partner (C, N)`` and ``weight (C, N)`` say what belongs together and how much it counts;
-    each rectangle's four corners are taken in the order that brings them nearest.
+    ``partner (C, N)`` are correspondences and ``weight (C, N)`` their weights; each rectangle's
+    four corners are taken in the order that brings them nearest.
     """
     result = similarity.copy()
     for c in range(len(similarity)):
         a, b, x0, y0 = similarity[c]
-        # Sums of weight, of both sides' points, of their products: the normal equations.
+        # Normal equations: sums of weights, of both sides' points and of their products.
         w = ux = uy = vx = vy = uu = along = across = 0.0
         for j in range(partner.shape[1]):
             if weight[c, j] <= 0.0:
@@ -132,7 +131,7 @@ def _refitted(
 
 @numba.njit(cache=True, nogil=True)
 def _nearest_turn(placed: Array, target: Array) -> int:
-    """Return by how many corners ``target (4, 2)`` is ahead of ``placed (4, 2)``."""
+    """Return the index offset of ``target (4, 2)`` that brings it nearest to ``placed (4, 2)``."""
     best, best_turn = np.inf, 0
     for turn in range(4):
         total = 0.0
@@ -155,7 +154,7 @@ def _outlines_apart(
     plan_box: Array,
     apart: Array,
 ) -> None:
-    """Fill ``apart (C, N)`` with how far each region's outline is off its partner's."""
+    """Fill ``apart (C, N)`` with the distance of each region's outline to its partner's."""
     placed, gap = np.empty((4, 2)), np.empty((4, 2))
     for c in range(len(similarity)):
         a, b, x0, y0 = similarity[c]
@@ -185,7 +184,7 @@ def _outlines_apart(
 
 @numba.njit(cache=True, nogil=True)
 def _side_gap(placed: Array, gap: Array, k: int) -> float:
-    """Return how far the side from corner ``k`` to the next is off, across it."""
+    """Return the perpendicular offset of the side from corner ``k`` to the next."""
     m = (k + 1) % 4
     along_x, along_y = placed[m, 0] - placed[k, 0], placed[m, 1] - placed[k, 1]
     length = np.sqrt(along_x**2 + along_y**2) + 1e-9
@@ -195,7 +194,7 @@ def _side_gap(placed: Array, gap: Array, k: int) -> float:
 
 @numba.njit(cache=True, nogil=True)
 def _outside(x: float, y: float, box: Array) -> float:
-    """Return the squared distance of a point from a rectangle ``(5,)``; 0 within."""
+    """Return the squared distance of a point from a rectangle ``(5,)``; 0 inside."""
     cos, sin = np.cos(box[4]), np.sin(box[4])
     dx, dy = x - box[0], y - box[1]
     u = max(0.0, abs(cos * dx + sin * dy) - box[2])

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Placements that a single pair of regions proposes: a doorway's line, or a corner of a room.
+Placement hypotheses from a single pair of regions: a doorway's line, or a corner of a room.
 
-Two middles fix a similarity, but the middle of a room that was seen in part is not its own. Where
-a submap shows hardly more than one room, its corners and doorways say more.
+Two centres determine a similarity, but the observed centre of a partially seen room is biased. If
+a submap has little more than one room, its corners and doorways are more informative.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from fpnet_core.matching.geometry import GraphGeometry
 
 Array = NDArray[np.float64]
 
-_SAME_SCALE = 0.03  # numerical: logarithms of scales that differ by less are tried once
+_SAME_SCALE = 0.03  # numerical: log scales that differ by less are tried once
 
 
 def anchored(
     plan: GraphGeometry, sub: GraphGeometry, likely: NDArray[np.int64], log_window: float
 ) -> Array:
     """
-    Return similarities ``(C, 4)`` that lay one region of the submap on one of the plan.
+    Return similarities ``(C, 4)`` that map one region of the submap to one of the plan.
 
-    A doorway is laid on every doorway of the plan, either way round; a room, turned by quarters,
-    with one of its corners on each corner of its ``likely (N, K)`` partners, -1 for none. The
-    scale is that of both graphs' units or makes a width, a long or a short side agree; its
-    logarithm is at most ``log_window``.
+    A doorway is mapped to every doorway of the plan, in both directions. A room is turned by
+    quarters and mapped with one of its corners to each corner of its ``likely (N, K)`` partners,
+    -1 for none. The scale follows from both graphs' units or from an equal width, long or short
+    side; its logarithm is at most ``log_window``.
     """
     doors = np.flatnonzero(plan.is_door)
     sides = corners(plan), plan.box, corners(sub), sub.box
@@ -46,9 +46,9 @@ def anchored(
 
 
 def _by_doors(plan_box: Array, box: Array, log_window: float) -> Array:
-    """Return the similarities that lay a doorway's line ``(5,)`` on those of ``(D, 5)``."""
+    """Return the similarities that map a doorway's line ``(5,)`` to those of ``(D, 5)``."""
     log_scale = np.log(plan_box[:, 2] / box[2])[:, None] * (0.0, 1.0)  # doorway, by width
-    yaw = (plan_box[:, 4] - box[4])[:, None] + (0.0, np.pi)  # doorway, way
+    yaw = (plan_box[:, 4] - box[4])[:, None] + (0.0, np.pi)  # doorway, direction
     found = _placed(log_scale[:, None], yaw[:, :, None], box[:2], plan_box[:, None, None, :2])
     is_tried = np.broadcast_to(_is_tried(log_scale, log_window)[:, None], found.shape[:-1])
     return found[is_tried]
@@ -63,16 +63,16 @@ def _by_corners(
     sub_box: Array,
     log_window: float,
 ) -> Array:
-    """Return the similarities that lay corners of room ``j`` on corners of its partners."""
+    """Return the similarities that map corners of room ``j`` to corners of its partners."""
     turn = np.arange(4)
     plan, corner = plan_box[likely], np.arange(4)
     yaw = (plan[:, 4] - sub_box[j, 4])[:, None] + turn * np.pi / 2.0  # partner, turn
-    # By the scale of the units, or by either side: a quarter turn exchanges those of the submap.
+    # Scales from the units or from either side; a quarter turn swaps the submap's sides.
     own = sub_box[j, 2 + (turn[:, None] + np.arange(2)) % 2]
     log_scale = np.concatenate(
         [np.zeros((len(likely), 4, 1)), np.log(plan[:, None, 2:4] / own)], axis=2
     )  # partner, turn, by side
-    # Corners go round counter-clockwise, and turning the room moves them on.
+    # Corners are counter-clockwise; a quarter turn of the room advances them by one.
     source = sub_corners[j, (corner - turn[:, None]) % 4][:, None]  # turn, -, corner
     target = plan_corners[likely][:, None, None]
     found = _placed(log_scale[..., None], yaw[:, :, None, None], source, target)
@@ -80,14 +80,14 @@ def _by_corners(
 
 
 def _is_tried(log_scale: Array, log_window: float) -> NDArray[np.bool_]:
-    """Tell which scales (..., S) are tried; the first is that of the units, 0."""
+    """Return which scales (..., S) are tried; the first, 0, is that of the units."""
     is_other = np.abs(log_scale) >= _SAME_SCALE
     is_other[..., 0] = True
     return np.asarray(is_other & (np.abs(log_scale) <= log_window))
 
 
 def _placed(log_scale: Array, yaw: Array, source: Array, target: Array) -> Array:
-    """Return the similarities (..., 4) of scale and turn that take ``source`` to ``target``."""
+    """Return similarities (..., 4) of this scale and yaw that map ``source`` to ``target``."""
     scale = np.exp(log_scale)
     a, b = scale * np.cos(yaw), scale * np.sin(yaw)
     x = target[..., 0] - a * source[..., 0] + b * source[..., 1]

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Geometric consensus: which placements of the submap do the likely region pairs agree on?
+Geometric consensus: placements of the submap on which the likely region pairs agree.
 
-A network says for each submap region which plan regions it may be; rooms repeat, so many pairs
-look alike. But two pairs fix a similarity, and under the true one every other region falls on a
-partner. Placements are proposed from pairs of likely pairs, fitted, and judged by a log-linear
-model of a few kinds of evidence, among them regions that should have a partner and have none. Its
-weights are fitted on training buildings, so that their softmax is the probability that a placement
-is the right one, and what remains is the probability that none is.
+The network gives each submap region likely plan regions. Rooms repeat, so many pairs look alike,
+but two pairs determine a similarity, and under the true one every other region falls on a partner.
+The module proposes placements from pairs of likely pairs, refines them and scores them with a
+log-linear model of a few kinds of evidence, such as regions that should have a partner and have
+none. The weights are fitted on training buildings, so the softmax of the scores is the probability
+that a placement is correct; the remainder is the probability that none is.
 """
 
 from __future__ import annotations
@@ -56,44 +56,42 @@ EVIDENCE = (
 )
 """
 Kinds of evidence in the order of the model's weights: sums, a share and means over regions, and
-what the plan explains of the walls and floors that were seen.
+how well the plan explains the observed walls and floors.
 """
 
-CANDIDATES_PER_REGION = 8  # numerical: likely plan regions that each submap region brings in
+CANDIDATES_PER_REGION = 8  # numerical: likely plan regions considered per submap region
 NEIGHBOURS = 6  # numerical: other regions that each submap region is paired with
-MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
-MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
+MAX_PROPOSALS = 200  # numerical: placements whose fit is computed
+MAX_REFINED = 24  # numerical: distinct placements that are refined and scored
 
 ANCHORED_REGIONS = 8
 """
-Submaps of at most so many regions are placed by single regions, too; larger ones hardly gain.
-Chosen.
+Submaps with at most this many regions also try placements from single regions; larger ones hardly
+benefit. Chosen.
 """
 
 _REFINEMENTS = 2  # numerical
-_LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
+_LEAST_SPREAD = 1e-3  # numerical: square units, least spread of regions that determines a rotation
 # Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
-_FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
-_LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
-_DOUBT = np.array([1.0, 0.0, 0.0, 4.0, 1.0])  # weights of ``EXPLAINED`` before evidence counts
-_LEAST_APART = 0.05  # how far doorways are off their partners' at best, as in ``doors_apart``
+_FLOOR = -5.0  # numerical: lower bound of a partner's log-likelihood relative to the best one
+_LOG_WINDOW = 0.7  # largest log ratio of plan units to submap units that is tried
+_PRESELECTION = np.array([1.0, 0.0, 0.0, 4.0, 1.0])  # weights of ``EXPLAINED`` in the preselection
+_LEAST_APART = 0.05  # least distance of doorways from their partners', as in ``doors_apart``
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
-_UNLIKELY_WEIGHT = (
-    0.3  # of a region's least likely partners beside its likeliest one, which is 1.3
-)
+_UNLIKELY_WEIGHT = 0.3  # of a region's least likely partners; its likeliest partner has 1.3
 
 
 @dataclass(frozen=True, eq=False)
 class EvidenceModel:
-    """``weights (K,)`` of the kinds of evidence, and the score of "none of them"."""
+    """``weights (K,)`` of the kinds of evidence, and the score of the null hypothesis."""
 
     weights: Array
     null: float
 
     def posterior(self, evidence: Array) -> Array:
-        """Return the probability of each row of ``evidence (C, K)``; what is left is none."""
+        """Return the probability of each row of ``evidence (C, K)``; the null has the rest."""
         scores = np.append(evidence @ self.weights, self.null)
         share = np.exp(scores - scores.max())
         probability: Array = share[:-1] / share.sum()
@@ -103,10 +101,10 @@ class EvidenceModel:
 @dataclass(frozen=True, eq=False)
 class Assignments:
     """
-    Distinct placements of a submap, and which plan region each gives every submap region.
+    Distinct placements of a submap, and the plan region that each assigns to a submap region.
 
-    ``similarity (C, 4)`` as in :mod:`fpnet_core.matching.kernels`; ``partner (C, N)`` plan
-    indices or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, K)``.
+    ``similarity (C, 4)`` as in :mod:`fpnet_core.matching.kernels`; ``partner (C, N)`` plan indices
+    or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, K)``.
     """
 
     similarity: Array
@@ -121,7 +119,7 @@ class Assignments:
         )
 
     def __len__(self) -> int:
-        """Count the assignments."""
+        """Return the number of assignments."""
         return len(self.similarity)
 
 
@@ -131,8 +129,8 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
 
     Parameters
     ----------
-    plan, sub : both sides, neither empty
-    log_p : (M, N) log-likelihood of each pair of regions; only differences within a column count
+    plan, sub : both graphs, neither empty
+    log_p : (M, N) log-likelihood of each pair of regions; only differences within a column matter
     """
     relative = _relative(plan, sub, log_p)
     weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / (LEAST_DECADES * np.log(10.0)), 0.0, 1.0)
@@ -142,7 +140,7 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
         nearest_regions(sub.point, min(NEIGHBOURS, len(sub) - 1)),
         plan.point,
         sub.point,
-        np.ascontiguousarray(plan.box[:, 4]),  # one kind of array, of single regions, too
+        np.ascontiguousarray(plan.box[:, 4]),  # contiguous, so that numba compiles one array type
         np.ascontiguousarray(sub.box[:, 4]),
         sub.is_door,
         _LOG_WINDOW,
@@ -159,7 +157,7 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     similarity = similarity[np.abs(log_scale) <= _LOG_WINDOW]
     partner, fit = _fit(plan, sub, similarity, weight)
     keep_one_per_plan_region(partner, fit, len(plan))
-    # What refinement has brought together is one placement: the best fit stays.
+    # Placements that refinement made equal are one; the best fit stays.
     order = np.argsort(-fit.sum(axis=1), kind='stable')
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
     similarity, partner, fit = similarity[order], partner[order], fit[order]
@@ -173,14 +171,14 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
 def _with_anchored(
     plan: GraphGeometry, sub: GraphGeometry, similarity: Array, relative: Array, weight: Array
 ) -> tuple[Array, NDArray[np.int64], Array]:
-    """Add the placements by single regions that explain best what was seen; fitted, distinct."""
+    """Add the best placements from single regions; return all, distinct and fitted."""
     single = anchored(plan, sub, _likely_partners(relative), _LOG_WINDOW)
     few = sub.seen.thinned()
-    doubt = walls_apart(single, plan.painted, few) + _scale_doubt(single)
-    single = single[np.argsort(doubt, kind='stable')[:MAX_PROPOSALS]]
+    penalty = walls_apart(single, plan.painted, few) + _scale_penalty(single)
+    single = single[np.argsort(penalty, kind='stable')[:MAX_PROPOSALS]]
     similarity = np.concatenate([similarity, single])
-    doubt = explained(similarity, plan.painted, few) @ _DOUBT + _scale_doubt(similarity)
-    similarity = similarity[np.argsort(doubt, kind='stable')]
+    penalty = explained(similarity, plan.painted, few) @ _PRESELECTION + _scale_penalty(similarity)
+    similarity = similarity[np.argsort(penalty, kind='stable')]
     similarity = similarity[_distinct_index(similarity, sub, 2 * MAX_REFINED)]
     partner, fit = _fit(plan, sub, similarity, weight)
     keep_one_per_plan_region(partner, fit, len(plan))
@@ -203,7 +201,7 @@ def _evidence(
     apart: Array,
     relative: Array,
 ) -> Array:
-    """Return the evidence ``(C, K)`` for settled placements; columns as in ``EVIDENCE``."""
+    """Return the evidence ``(C, K)`` of final placements; columns as in ``EVIDENCE``."""
     matched = partner >= 0
     door, room = sub.is_door[None], ~sub.is_door[None]
     likelihood = np.where(matched, np.maximum(relative[partner, np.arange(len(sub))], _FLOOR), 0.0)
@@ -238,26 +236,26 @@ def _evidence(
     ).astype(np.float64)
 
 
-def _scale_doubt(similarity: Array) -> Array:
-    """Return how much the scale of placements speaks against them, on the scale of ``_DOUBT``."""
+def _scale_penalty(similarity: Array) -> Array:
+    """Return the scale penalty of placements, comparable to that of ``_PRESELECTION``."""
     log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1))
-    doubt: Array = 0.5 * np.log1p((log_scale / _SCALE_WIDTH) ** 2)
-    return doubt
+    penalty: Array = 0.5 * np.log1p((log_scale / _SCALE_WIDTH) ** 2)
+    return penalty
 
 
 def _scatter(apart: Array, count: NDArray[np.int64]) -> Array:
     """
     Return minus the log-likelihood of ``count (C,)`` gaps of unknown spread.
 
-    What is far off where drawings are rough is near where they are exact: each placement brings
-    the spread under which its gaps, ``apart (C,)`` in sum, are most likely.
+    A gap that is large in exact drawings is small in rough ones. Each placement therefore uses the
+    spread under which its gaps, ``apart (C,)`` in total, are most likely.
     """
     scatter: Array = count * np.log(apart / count.clip(1) + _LEAST_APART)
     return scatter
 
 
 def _relative(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> Array:
-    """Return log-likelihoods against each column's best; -inf between a door and a room."""
+    """Return log-likelihoods relative to each column's best; -inf between a door and a room."""
     same = plan.is_door[:, None] == sub.is_door[None]
     allowed = np.where(same, log_p, -np.inf)
     best = allowed.max(axis=0, keepdims=True)
@@ -290,7 +288,7 @@ def _refined(
     partner: NDArray[np.int64],
     fit: Array,
 ) -> Array:
-    """Return the weighted least-squares similarities; those of under two partners stay."""
+    """Return weighted least-squares similarities; rows with under two partners are unchanged."""
     pull = np.where(sub.is_door, 1.0, GLIMPSED_WEIGHT)[None] * fit
     total = pull.sum(axis=1, keepdims=True)
     share = pull / np.maximum(total, 1e-12)
@@ -330,7 +328,7 @@ def _distinct_index(similarity: Array, sub: GraphGeometry, limit: int) -> NDArra
 def _edges(
     plan: GraphGeometry, sub: GraphGeometry, partner: NDArray[np.int64]
 ) -> tuple[Array, Array]:
-    """Count submap edges between matched regions whose partners are joined, and are not."""
+    """Count submap edges between matched regions whose partners are, and are not, connected."""
     first, second = np.nonzero(np.triu(sub.linked))
     i, k = partner[:, first], partner[:, second]
     both = (i >= 0) & (k >= 0)
@@ -341,9 +339,9 @@ def _edges(
 def _plan_door_misses(
     plan: GraphGeometry, partner: NDArray[np.int64], well_seen: NDArray[np.bool_]
 ) -> Array:
-    """Count plan doors of the partners of well seen rooms that no submap door falls on."""
+    """Count unmatched plan doors of plan rooms whose submap room is well observed."""
     rows = np.arange(len(partner))[:, None]
-    # Column M takes what has no partner and is cut off again.
+    # Column M collects regions without a partner and is dropped.
     seen, taken = (np.zeros((len(partner), len(plan) + 1), dtype=np.float32) for _ in range(2))
     seen[rows, np.where(well_seen, partner, len(plan))] = 1.0
     taken[rows, np.where(partner >= 0, partner, len(plan))] = 1.0

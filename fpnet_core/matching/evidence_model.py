@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The evidence model as an entry of a checkpoint's manifest."""
+"""Serialization of the evidence model in a checkpoint's manifest."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def evidence_entry(model: EvidenceModel) -> dict[str, float]:
 
 def evidence_model(weights: Weights) -> EvidenceModel | None:
     """
-    Return the model that the manifest holds, or None if it holds none.
+    Return the model in the manifest, or None if it has none.
 
     Raises
     ------
     WeightsError
-        If its kinds of evidence are not those of this version.
+        If its kinds of evidence differ from those of this version.
     """
     entry: Any = weights.manifest.get('evidence')
     if entry is None:

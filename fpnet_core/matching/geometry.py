@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the regions of a graph lie, in the graph's own unit: what consensus looks at."""
+"""Geometry of a graph's regions in the graph's own unit, for consensus."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class GraphGeometry:
     """
     ``R`` regions in units of about a door's width, relative to the mean of their centres.
 
-    ``point (R, 2)`` is a door's middle or a room's centroid; ``box (R, 5)`` the enclosing
-    rectangle: centre, half long side, half short side, angle of the long side [rad], which for a
-    door is that of its opening line. ``unit`` and ``origin (2,)`` lead back to the graph's frame.
-    ``linked (R, R)`` tells which regions are joined by an edge. ``outlines`` are ``R`` polygons
-    ``(V, 2)``, and ``unseen (R,)`` is the share of each that borders on what is unknown.
+    ``point (R, 2)`` is a door's middle or a room's centroid. ``box (R, 5)`` is the enclosing
+    rectangle: centre, half long side, half short side, angle of the long side [rad], for a door
+    that of its opening line. ``unit`` and ``origin (2,)`` convert back to the graph's frame.
+    ``linked (R, R)`` marks regions joined by an edge. ``outlines`` are ``R`` polygons ``(V, 2)``;
+    ``unseen (R,)`` is the share of each that borders on unknown space.
     """
 
     point: Array
@@ -41,16 +41,16 @@ class GraphGeometry:
 
     @cached_property
     def painted(self) -> Painted:
-        """The free space as a raster, which a plan is asked for."""
+        """The free space as rasters; used of a plan."""
         return painted(self.outlines, self.is_door)
 
     @cached_property
     def seen(self) -> Surfaces:
-        """Points on walls and floors, which a submap is asked for."""
+        """Points on walls and floors; used of a submap."""
         return seen(self.outlines, self.is_door, self.box, self.unseen)
 
     def __len__(self) -> int:
-        """Count the regions."""
+        """Return the number of regions."""
         return len(self.point)
 
 

@@ -3,8 +3,8 @@
 """
 Compiled inner loops of consensus: propose similarities, and fit regions under them.
 
-A similarity is a row ``(a, b, x, y)``: the point p of the submap goes to
-``(a p_x - b p_y + x, b p_x + a p_y + y)`` of the plan, both in their graphs' units.
+A similarity is a row ``(a, b, x, y)``. It maps the point p of the submap to ``(a p_x - b p_y + x,
+b p_x + a p_y + y)`` in the plan, both in their graphs' units.
 """
 
 from __future__ import annotations
@@ -16,26 +16,25 @@ from numpy.typing import NDArray
 from fpnet_core.frozen import each_unwritable
 
 DOOR_RADIUS = 1.1
-"""Doors further apart than this, in plan units, do not support a similarity. Chosen."""
+"""Doors farther apart than this, in plan units, do not support a similarity. Chosen."""
 
 ROOM_MARGIN = 0.9
 """
-How far outside a plan room's rectangle the middle of a submap's room may fall [plan units].
-Chosen.
+Largest distance of a submap room's centre outside a plan room's rectangle [plan units]. Chosen.
 """
 
 DOOR_TURN_SIN = 0.35
-"""Sine of the angle between two doors' lines that still agree (20 degrees). Chosen."""
+"""Sine of the largest angle between the lines of two matching doors (20 degrees). Chosen."""
 
-_TILE = 3.0  # numerical: plan units; side of tiles in which partners are looked for
+_TILE = 3.0  # numerical: plan units; side of tiles in which partners are looked up
 _SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost; chosen
 
 
 def nearest_regions(point: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """
-    Return which ``count < N`` of ``point (N, 2)`` lie nearest to each, nearest first.
+    Return the indices of the ``count < N`` nearest others of ``point (N, 2)``, nearest first.
 
-    Indices ``(N, count)``; of equally far ones the first comes first.
+    Indices ``(N, count)``; ties are resolved by lower index.
     """
     x, y = (point[:, None] - point).transpose(2, 0, 1)
     distance = np.sqrt(x * x + y * y)
@@ -56,16 +55,16 @@ def propose_similarities(
     log_window: float,
 ) -> NDArray[np.float64]:
     """
-    Return ``(C, 5)``: the similarity that takes two submap regions to two plan regions, and worth.
+    Return ``(C, 5)``: similarities that map two submap regions to two plan regions, with scores.
 
     Parameters
     ----------
     log_p : (M, N) log-likelihood of single pairs
     best : (N, K) plan regions to try per submap region, -1 for none
     near : (N, L) regions to pair each submap region with, -1 for none
-    log_window : how far from one the scale is tried, as a logarithm
+    log_window : largest absolute log scale
 
-    A door's line must keep its direction; the worth is the sum of both log-likelihoods.
+    A door's line must keep its direction; the score is the sum of both log-likelihoods.
     """
     found = np.empty((near.size * best.shape[1] ** 2, 5))
     count = 0
@@ -102,7 +101,7 @@ def propose_similarities(
 
 @numba.njit(cache=True, nogil=True)
 def _door_fit(dx: float, dy: float, turn: float) -> float:
-    """Return how well a door fits a plan door ``(dx, dy)`` away at an angle ``turn``, 0 to 1."""
+    """Return the fit of a door to a plan door offset by ``(dx, dy)`` and ``turn``, 0 to 1."""
     near = 1.0 - (dx * dx + dy * dy) / DOOR_RADIUS**2
     if near <= 0.0:
         return 0.0
@@ -116,9 +115,9 @@ def _room_fit(
     """
     Return how well a room fits a plan room, 0 to 1.
 
-    Its middle, ``along`` and ``across`` the plan room's axis from that one's centre, must lie
-    within the plan room's rectangle (half sides ``long`` and ``short``), however little of it
-    was seen; its own half sides must not be larger, and score more the nearer they are.
+    Its centre, ``along`` and ``across`` the plan room's axis from that room's centre, must lie
+    within the plan room's rectangle (half sides ``long`` and ``short``), even if little of it was
+    seen. Its half sides must not be larger; the fit increases as they approach the plan room's.
     """
     u, v = max(0.0, abs(along) - long), max(0.0, abs(across) - short)
     near = 1.0 - (u * u + v * v) / ROOM_MARGIN**2
@@ -145,9 +144,8 @@ def fit_regions(
     """
     Find the plan region that each submap region falls on under each similarity.
 
-    Fills ``partner (C, N)`` with plan indices or -1 and ``fit (C, N)`` with the fit, 0 to 1;
-    among plan regions of the same label the one with the greatest fit times
-    ``weight (M, N)`` wins.
+    Fills ``partner (C, N)`` with plan indices or -1 and ``fit (C, N)`` with the fit, 0 to 1. Among
+    plan regions of the same label the one with the largest fit times ``weight (M, N)`` is taken.
     """
     tiles = _within_reach(plan_point, plan_box, plan_door)
     plan, sub = (plan_point, plan_box), (sub_point, sub_box, sub_door)
@@ -160,7 +158,7 @@ def _fit_regions(  # type: ignore[no-untyped-def]
     similarity, weight, plan_point, plan_box, sub_point, sub_box, sub_door, low, across, starts,
     near, partner, fit,
 ):  # fmt: skip
-    """Carry out :func:`fit_regions`, given the :func:`_within_reach` of the plan's tiles."""
+    """Carry out :func:`fit_regions`, given the plan's tiles from :func:`_within_reach`."""
     cos, sin = np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])
     down = len(starts) // (2 * across)
     for c in range(similarity.shape[0]):
@@ -176,7 +174,8 @@ def _fit_regions(  # type: ignore[no-untyped-def]
                 partner[c, j], fit[c, j] = -1, 0.0
                 continue
             tile = 2 * (int(v) * across + int(u)) + sub_door[j]
-            # Scalars only from here on: a slice in the innermost loop costs more than its maths.
+            # Scalars only from here on: a slice in the innermost loop costs more than the
+            # arithmetic.
             for place in range(starts[tile], starts[tile + 1]):
                 i = near[place]
                 if sub_door[j]:
@@ -201,10 +200,10 @@ def _within_reach(
     point: NDArray[np.float64], box: NDArray[np.float64], is_door: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], int, NDArray[np.int64], NDArray[np.int64]]:
     """
-    Return which regions something in each square tile may fit.
+    Return the regions that a point in each square tile may fit.
 
-    The tiles' lower corner (2,), how many lie side by side, and regions: those of a tile are
-    ``near[starts[k]:starts[k + 1]]``, in their order; rooms of tile t at ``k = 2 t``, doors next.
+    Returns the lower corner (2,), tiles per row, ``starts`` and ``near``. Tile t holds, in order,
+    ``near[starts[k]:starts[k + 1]]``: rooms at ``k = 2 t``, doors at ``k = 2 t + 1``.
     """
     cos, sin = np.abs(np.cos(box[:, 4])), np.abs(np.sin(box[:, 4]))
     long, short = box[:, 2], box[:, 3]
@@ -228,7 +227,7 @@ def _within_reach(
 def keep_one_per_plan_region(
     partner: NDArray[np.int64], fit: NDArray[np.float64], plan_count: int
 ) -> None:
-    """Make each row of ``partner (C, N)`` one-to-one in place: the best fit keeps its partner."""
+    """Make rows of ``partner (C, N)`` one-to-one, in place: the best fit keeps its partner."""
     owner = np.empty(plan_count, dtype=np.int64)
     for c in range(partner.shape[0]):
         owner[:] = -1

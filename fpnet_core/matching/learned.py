@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The trained network as a region matcher."""
+"""Region matcher based on the trained network."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 Probability = NDArray[np.float64]
 
-_PLANS = 16  # numerical: a site's storeys and a mirror image, which are asked for in turn
+_PLANS = 16  # numerical: cached plans, a site's storeys and a mirror image, which take turns
 
 FLOOR = 1e-9
 """Numerical: added to a pair's likelihood before the logarithm."""
@@ -42,13 +42,13 @@ class _Known:
 
 class LearnedMatcher:
     """
-    Region matcher on the packaged network, or on the checkpoint that ``config.weights`` names.
+    Region matcher with the packaged network, or the checkpoint named by ``config.weights``.
 
-    Where the checkpoint brings a model of geometric evidence, the network's likelihoods are
-    settled by consensus; else, or with ``settle=False``, they are the answer. Keeps what it
-    derived from the latest graphs: a localizer matches growing submaps against the same plan
-    objects, those of its storeys and a mirror image, and one submap against several of them. Not
-    thread-safe; one instance per worker.
+    If the checkpoint contains an evidence model, consensus refines the network's likelihoods;
+    otherwise, or with ``settle=False``, they are the result. The matcher caches data derived from
+    the latest graphs: a localizer matches growing submaps against the same plan objects (its
+    storeys and a mirror image), and one submap against several of them. Not thread-safe; use one
+    instance per worker.
     """
 
     def __init__(self, config: MatcherConfig, settle: bool = True) -> None:
@@ -60,7 +60,7 @@ class LearnedMatcher:
         self._sub: _Known | None = None
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
-        """Return mutual best pairs above the graded threshold, scores are probabilities."""
+        """Return mutual best pairs above the graded threshold; scores are probabilities."""
         if not (len(plan) and len(sub)):
             nothing = np.zeros((len(plan), len(sub)), dtype=np.float32)
             return MatchResult(mutual_pairs(nothing, 0.0), np.zeros(0, np.float32), nothing)
@@ -89,7 +89,7 @@ class LearnedMatcher:
         return _Known(graph, self._network.prepared(graph), graph_geometry(graph))
 
     def _known(self, graph: RegionGraph) -> _Known:
-        """Return what is derived from a plan, which becomes the latest one."""
+        """Return the cached data of a plan and mark it as the latest."""
         found = next((plan for plan in self._plans if plan.graph is graph), None)
         if found is None:
             found = self._derived(graph)

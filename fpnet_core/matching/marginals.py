@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From judged placements to probabilities of region pairs and complete assignments."""
+"""Probabilities of region pairs and complete assignments from scored placements."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from fpnet_core.matching.geometry import GraphGeometry
 Array = NDArray[np.float64]
 
 MAX_HYPOTHESES = 8
-"""Numerical: complete assignments that a result reports."""
+"""Numerical: number of complete assignments in a result."""
 
-# Share of right pairs under a right placement, by fit: constant and slope. Chosen: they came from
-# generated buildings once, and nothing repeats that.
+# Share of correct pairs under a correct placement, by fit: constant and slope. Chosen: estimated
+# once from generated buildings; no command reproduces it.
 _DOOR_CONFIDENCE, _ROOM_CONFIDENCE = (0.45, 1.1), (0.87, 0.11)
 
 
@@ -26,13 +26,13 @@ def pair_probability(
     base: Array, assignments: Assignments, posterior: Array, sub: GraphGeometry
 ) -> Array:
     """
-    Return ``(M, N)``: the chance of each pair, over all placements and the case of none.
+    Return ``(M, N)``: each pair's probability, marginalized over placements and the null.
 
     Parameters
     ----------
-    base : (M, N) chance of each pair where no placement is right; row and column sums up to 1
+    base : (M, N) probability of each pair if no placement is correct; row and column sums up to 1
     assignments, posterior : ``C`` placements and their probabilities
-    sub : tells doors from rooms, which are right at different rates
+    sub : distinguishes doors from rooms, whose pairs are correct at different rates
     """
     constant, slope = np.where(sub.is_door[:, None], _DOOR_CONFIDENCE, _ROOM_CONFIDENCE).T
     confidence = np.clip(constant + slope * assignments.fit, 0.0, 1.0)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a submap has seen against what the plan draws, region by region and point by point.
+Comparison of the walls and floors seen in a submap with those drawn in the plan.
 
-The plan's rooms are painted once; points on the walls and floors of a submap are then looked up
-under each placement. Rectangles tell rooms apart that differ in size, outlines those that differ
-in shape, and they count for rooms that were seen in part, too.
+The plan's rooms are rasterized once; points on the walls and floors of a submap are then looked up
+under each placement. Rectangles distinguish rooms of different size, outlines rooms of different
+shape, also for partially seen rooms.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 Array = NDArray[np.float64]
 
 EXPLAINED = ('walls_apart', 'total_walls_apart', 'walls_met', 'floor_outside', 'rooms_mixed')
-"""What :func:`explained` tells of a placement."""
+"""Features of a placement that :func:`explained` returns."""
 
-_CELL = 0.1  # numerical: edge of a cell of the painted plan, in its units, or more where...
-_MOST_CELLS = 2_000_000  # numerical: ...so many would be exceeded
-_FAR = 1.0  # numerical: plan units; depths beyond are as good as this
+_CELL = 0.1  # numerical: cell edge of the plan raster in its units, enlarged to...
+_MOST_CELLS = 2_000_000  # numerical: ...keep it below this many cells
+_FAR = 1.0  # numerical: plan units; depths are clipped here
 _WALL_STEP, _FLOOR_STEP = 0.35, 0.5  # numerical: units between points on walls and on floors
 _FLOOR_FINER = 5  # numerical
-_MOST_POINTS = 400  # numerical: on the walls of one map, and about as many on its floors
-_FEW_POINTS = 48  # numerical: about so many where many placements are compared
-_AT_DOOR = 0.25  # chosen: units; points on walls nearer to a doorway than this tell nothing
+_MOST_POINTS = 400  # numerical: points on the walls of one map, and about as many on its floors
+_FEW_POINTS = 48  # numerical: approximate number of points when many placements are compared
+_AT_DOOR = 0.25  # chosen: units; points on walls nearer to a doorway than this are dropped
 # Chosen, not measured:
-_SPREAD = 0.2  # walls further apart than this, in plan units, count less and less
-_OUTSIDE = 0.5  # floor so far from the plan's, in plan units, counts in full
+_SPREAD = 0.2  # scale of the robust weights of wall distances, in plan units
+_OUTSIDE = 0.5  # distance outside the plan's floor that counts in full, in plan units
 
 
 @dataclass(frozen=True, eq=False)
 class Painted:
     """
-    The free space of a graph as rasters ``(H, W)`` from ``low (2,)`` on, row 0 at the lowest y.
+    Free space of a graph as rasters ``(H, W)`` with origin ``low (2,)``, row 0 at the lowest y.
 
-    ``cell`` is the edge of a cell, ``depth`` the distance to the nearest wall, negative outside
-    of rooms and doorways, at most 1; ``room`` is a room's index plus one, and 0 elsewhere. Units
-    are the graph's.
+    ``cell`` is the cell edge, ``depth`` the distance to the nearest wall, negative outside rooms
+    and doorways, at most 1; ``room`` is a room's index plus one, and 0 elsewhere. Units are the
+    graph's.
     """
 
     low: Array
@@ -59,8 +59,8 @@ class Surfaces:
     """
     Points on the walls ``(P, 2)`` and floors ``(Q, 2)`` of a graph's rooms, in the graph's units.
 
-    ``length (P,)`` is what a point on a wall stands for, less where the room borders on what is
-    unknown; ``room (Q,)`` the room of a point on a floor, in ascending order.
+    ``length (P,)`` is the wall length that a point represents, less if the room borders on unknown
+    space; ``room (Q,)`` the room of a point on a floor, in ascending order.
     """
 
     wall: Array
@@ -69,9 +69,9 @@ class Surfaces:
     room: NDArray[np.int64]
 
     def thinned(self) -> Surfaces:
-        """Return a few of the points, where many placements are compared."""
+        """Return a subset of the points, for comparing many placements."""
         wall, floor = (1 + len(points) // _FEW_POINTS for points in (self.wall, self.floor))
-        # Copied, so that kernels see one kind of array.
+        # Copied, so that numba compiles one array type.
         return Surfaces(
             self.wall[::wall].copy(),
             self.length[::wall].copy(),
@@ -81,7 +81,7 @@ class Surfaces:
 
 
 def painted(outlines: Sequence[Array], is_door: NDArray[np.bool_]) -> Painted:
-    """Paint the regions with these ``outlines (V, 2)``; walls between rooms are kept."""
+    """Rasterize the regions with these ``outlines (V, 2)``; walls between rooms are kept."""
     extent = np.ptp(np.concatenate(outlines), axis=0) + 2.0 * _FAR
     cell = max(_CELL, float(np.sqrt(extent.prod() / _MOST_CELLS)))
     low, shape = _frame(outlines, _FAR + 2.0 * cell, cell)
@@ -107,7 +107,7 @@ def seen(
     Sample the walls and floors of the regions with these ``outlines (V, 2)``.
 
     ``box (R, 5)`` as in :class:`fpnet_core.matching.geometry.GraphGeometry`; ``unseen (R,)`` is
-    the share of each outline that borders on what is unknown.
+    the share of each outline that borders on unknown space.
     """
     rooms = np.flatnonzero(~is_door)
     if not len(rooms):
@@ -130,14 +130,14 @@ def seen(
 
 def explained(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
     """
-    Tell how well the plan explains what was seen under each of ``similarity (C, 4)``.
+    Return how well the plan explains the seen surfaces under each of ``similarity (C, 4)``.
 
     Returns
     -------
     ``(C, 5)``, as in :data:`EXPLAINED`: the mean over walls of ``log(1 + (gap / spread)^2)``, the
-    same as a sum over their length in the plan, the share of walls that lie on the plan's, how far
-    floors lie outside of the plan's, and the share of floors outside of the plan's room that most
-    of their room falls on.
+    same as a sum over their length in the plan, the share of walls on walls of the plan, the mean
+    distance of floors outside the plan's floors, and the share of floor points outside the plan
+    room that holds most of their room.
     """
     found = np.zeros((len(similarity), len(EXPLAINED)))
     similarity = np.ascontiguousarray(similarity)
@@ -157,7 +157,7 @@ def walls_apart(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
 
 
 def _frame(rings: Sequence[Array], margin: float, cell: float) -> tuple[Array, tuple[int, int]]:
-    """Return the lower corner of a raster around all ``rings`` and its rows and columns."""
+    """Return the lower corner of a raster around all ``rings``, and its rows and columns."""
     points = np.concatenate(rings)
     low = points.min(axis=0) - margin
     columns, rows = np.ceil((points.max(axis=0) + margin - low) / cell).astype(int).tolist()
@@ -165,7 +165,7 @@ def _frame(rings: Sequence[Array], margin: float, cell: float) -> tuple[Array, t
 
 
 def _pixels(ring: Array, low: Array, cell: float) -> NDArray[np.int32]:
-    """Return points as OpenCV paints them."""
+    """Return points in OpenCV's fixed-point drawing format."""
     return fixed_point((ring - low) / cell - 0.5)
 
 
@@ -173,7 +173,7 @@ def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDA
     """Return points inside ``rings`` and the ``index`` of each one's ring, ascending."""
     extent = np.ptp(np.concatenate(rings), axis=0)
     step = max(_FLOOR_STEP, float(np.sqrt(extent.prod() / _MOST_POINTS)))
-    # Painted finer than they are taken: a cell that an outline touches is painted as a whole.
+    # Drawn finer than sampled: OpenCV fills every cell that an outline touches.
     cell = step / _FLOOR_FINER
     low, shape = _frame(rings, step, cell)
     room = np.full(shape, -1, np.int32)
@@ -188,14 +188,14 @@ def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDA
 
 
 def _away_from(point: Array, middle: Array, reach: Array) -> NDArray[np.bool_]:
-    """Tell which ``point (P, 2)`` lies within ``reach (D,)`` of none of ``middle (D, 2)``."""
+    """Return which of ``point (P, 2)`` lie beyond ``reach (D,)`` of every ``middle (D, 2)``."""
     x, y = (point[:, None] - middle).transpose(2, 0, 1)
     return np.asarray((x * x + y * y >= reach * reach).all(axis=1))
 
 
 @numba.njit(cache=True, nogil=True)
 def _depth_at(depth: NDArray[np.float32], u: float, v: float) -> float:
-    """Return the depth between the middles of four cells; ``u, v`` in cells from the corner."""
+    """Interpolate the depth bilinearly; ``u, v`` in cells from the raster's corner."""
     u, v = u - 0.5, v - 0.5
     if u < 0.0 or v < 0.0 or u >= depth.shape[1] - 1 or v >= depth.shape[0] - 1:
         return -_FAR
@@ -257,7 +257,7 @@ def _floors(
             count[label[k]] += 1
             if k + 1 < len(floor) and index[k + 1] == index[k]:
                 continue
-            # The room ends here: which of the plan's has most of it?
+            # Last point of a room: find the plan room with most of its points.
             count[0], most = 0, 0
             for m in range(first, k + 1):
                 most = max(most, count[label[m]])

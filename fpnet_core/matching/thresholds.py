@@ -14,20 +14,19 @@ def graded_threshold(
     num_sub_regions: int, explored_area_m2: float, config: MatcherConfig
 ) -> float:
     """
-    Return the probability that a pair must exceed, given how much the submap holds.
+    Return the probability that a pair must exceed, given the content of the submap.
 
-    How: each bound in ``grade_regions`` and ``grade_area_m2`` that the submap reaches lifts it
-    one grade; the lower of the two grades picks the entry of ``grade_thresholds``. A large hall
-    is one region and says as little as three cupboards, so both measures have to be passed.
+    Each bound in ``grade_regions`` and ``grade_area_m2`` that the submap reaches raises one grade;
+    the lower of the two grades selects the entry of ``grade_thresholds``. A large hall is a single
+    region and as uninformative as three cupboards, so both measures must pass.
 
-    Why: with few regions there is little context, several rooms of the plan explain each of
-    them, and the probability of even the true pair is shared among these. A high threshold
-    would leave an early submap without hypotheses; wrong pairs that a low one lets through are
-    rejected by the raster verification, which is cheap while there are few. A large submap has
-    context: its true pairs score high, low scores mark regions that are split, merged or new,
-    and admitting them would multiply hypotheses. The paper states the grading without its
-    figures; its experiments used 0.3, halved for graphs of at most three nodes, where the
-    submap's nodes are meant.
+    With few regions there is little context: several rooms of the plan explain each of them, and
+    even the true pair's probability is shared among these. A high threshold would leave an early
+    submap without hypotheses; raster verification rejects the wrong pairs that a low one admits,
+    at little cost while there are few. A large submap has context: its true pairs score high. Low
+    scores then mark regions that are split, merged or new, and admitting them would multiply
+    hypotheses. The paper describes the grading without numbers; its experiments used 0.3, halved
+    for graphs of at most three nodes, meaning the submap's nodes.
     """
     grade = min(
         _grade(num_sub_regions, config.grade_regions),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a matcher is, and how a soft assignment becomes matches."""
+"""Matcher interface, and selection of matches from a soft assignment."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fpnet_core.types import RegionGraph
 
 
 class RegionMatcher(Protocol):
-    """Finds corresponding regions; learned matchers and baselines alike."""
+    """Matcher that finds corresponding regions; learned matchers and baselines alike."""
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
         """
         Return region pairs of two graphs.
 
-        An empty graph on either side gives no pairs. ``explored_area_m2`` is the free area that
-        the submap has seen; it grades the threshold.
+        An empty graph on either side gives no pairs. ``explored_area_m2`` is the free area seen in
+        the submap; it grades the threshold.
         """
 
 
@@ -29,7 +29,7 @@ def mutual_pairs(scores: NDArray[Any], threshold: float) -> NDArray[np.int64]:
     """
     Return index pairs ``(K, 2)`` that are each other's best and score above ``threshold``.
 
-    ``scores (M, N)``; pairs come in the order of their column (the submap's regions).
+    ``scores (M, N)``; pairs are in the order of their column (the submap's regions).
     """
     if scores.size == 0:
         return np.zeros((0, 2), dtype=np.int64)

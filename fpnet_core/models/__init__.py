@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The networks.
+Neural networks for region matching.
 
-``joint_attention`` is written once for arrays and tensors: robots run it on the former, training
-on the latter. ``config``, ``batch``, ``arrays``, ``joint_attention`` and ``inference`` load no
-torch; the others do.
+``joint_attention`` is written once for arrays and tensors: inference on robots uses arrays,
+training uses tensors. ``config``, ``batch``, ``arrays``, ``joint_attention`` and ``inference`` do
+not import torch; the others do.
 """

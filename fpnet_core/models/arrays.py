@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a network is written with that arrays and tensors do not share; here for NumPy.
+Array operations that differ between NumPy and PyTorch, and their NumPy implementation.
 
 Importing PyTorch takes longer than matching two maps, and for graphs of a few hundred nodes its
-calls cost more than NumPy's. So networks that robots run are written for a :class:`Library`, of
-which training has another (:mod:`fpnet_core.models.tensors`).
+calls cost more than NumPy's. Networks that run on robots are therefore written for a
+:class:`Library`; training uses another one (:mod:`fpnet_core.models.tensors`).
 """
 
 from __future__ import annotations
@@ -22,20 +22,18 @@ from fpnet_core.models import kernels
 from fpnet_core.small_networks import Floats, product, rows_at_once
 
 Array = Any
-"""An array of NumPy or a tensor of PyTorch; what both have in common is used of it."""
+"""An array of NumPy or a tensor of PyTorch; only their common interface is used."""
 
 MASKED = -1e4
-"""
-Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
-"""
+"""Numerical: logit of padding; its ``exp`` is exactly zero in float32 and sums stay finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointBias:
     """
-    What is added to attention among the nodes of two graphs, ``(B, heads, M+N, M+N)`` in blocks.
+    Additive attention bias for the nodes of two graphs, ``(B, heads, M+N, M+N)`` in blocks.
 
-    ``ours (B, heads, M, M)`` and ``theirs (B, heads, N, N)`` within the graphs, ``across
+    ``ours (B, heads, M, M)`` and ``theirs (B, heads, N, N)`` apply within the graphs, ``across
     (heads,)`` between them; ``mask (B, M+N)`` is True for real nodes.
     """
 
@@ -48,11 +46,11 @@ class JointBias:
 @dataclass(frozen=True)
 class Library:
     """
-    Arrays of one kind: their ``module``, and what has no name or form in common.
+    An array library: its ``module``, and operations whose name or form differs between libraries.
 
-    ``linear(x, weight, bias)`` maps the last axis; ``mixed(x, weight, bias)`` the last but one
-    of ``x (B, F, K)``; ``attention(query, key, value, bias)`` are softmax-weighted sums of
-    ``value (B, heads, M+N, d)`` with a :class:`JointBias` added to the scaled products.
+    ``linear(x, weight, bias)`` maps the last axis; ``mixed(x, weight, bias)`` the last but one of
+    ``x (B, F, K)``; ``attention(query, key, value, bias)`` are softmax-weighted sums of ``value
+    (B, heads, M+N, d)`` with a :class:`JointBias` added to the scaled products.
     """
 
     module: ModuleType
@@ -74,8 +72,8 @@ def _linear(x: Floats, weight: Floats, bias: Floats) -> Floats:
 
 
 def _mixed(x: Floats, weight: Floats, bias: Floats) -> Floats:
-    # The many columns of x are taken in turn, and stay as they lie: what is read by rows later
-    # would come from memory number by number otherwise.
+    # Columns of x are processed in chunks and keep their memory layout: the result is later read
+    # by rows, which would otherwise not be contiguous.
     out = np.empty((len(x), len(weight), x.shape[-1]), dtype=np.result_type(x, weight))
     step = rows_at_once(*weight.shape)
     for start in range(0, x.shape[-1], step):
@@ -111,7 +109,7 @@ def _attention(query: Floats, key: Floats, value: Floats, bias: JointBias) -> Fl
             weight = query[..., own, :][..., rows, :] @ ahead
             if padding is not None:
                 weight += padding
-            # A whole bias would be copied together for every layer; its blocks are added there.
+            # The kernel adds the bias by blocks; a full bias would be copied for every layer.
             kernels.soften(weight, within, first, begin, bias.across)
             np.matmul(weight, value, out=out[..., own, :][..., rows, :])
         begin = own.stop
@@ -135,4 +133,4 @@ NUMPY = Library(
     np, product, _linear, _mixed, _layer_norm, gelu, _attention, _log_softmax, _log_sigmoid,
     _identity_like,
 )  # fmt: skip
-"""On NumPy's arrays."""
+"""NumPy arrays."""

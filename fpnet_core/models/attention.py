@@ -41,7 +41,7 @@ class Attention(nn.Module):
             part.unflatten(-1, (self.heads, -1)).transpose(1, 2)
             for part in self.key_value(source).chunk(2, dim=-1)
         )
-        # Added rather than filled in: both directions of it are cheap, and exp() of it is zero.
+        # Added instead of masked_fill: cheap forward and backward, and exp() of it is zero.
         padding = (~source_mask)[:, None, None, :] * MASKED
         weights = torch.softmax((query * self.scale) @ key.transpose(-1, -2) + padding, dim=-1)
         weights = weights if phi is None else weights * phi
@@ -53,9 +53,9 @@ class Propagation(nn.Module):
     """
     One layer ``h <- h + MLP([h, m])`` (paper, eq. 3).
 
-    The MLP normalises with LayerNorm: batch statistics would mix padding and unrelated
-    buildings into a node, and a robot matches one pair at a time. Its last layer starts at
-    zero, so the untrained network is the identity and eighteen layers train from the start.
+    The MLP normalises with LayerNorm: batch statistics would mix padding and unrelated buildings
+    into a node, and a robot matches one pair at a time. Its last layer starts at zero, so the
+    untrained network is the identity and all eighteen layers train from the start.
     """
 
     def __init__(self, width: int, heads: int) -> None:

@@ -31,7 +31,7 @@ class GraphBatch:
     mask: Array
 
     def to(self, device: Any) -> GraphBatch:
-        """Return the graphs, as tensors, on a device of torch."""
+        """Return the graphs, as tensors, on a torch device."""
         return GraphBatch(
             self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
         )
@@ -40,11 +40,11 @@ class GraphBatch:
 @dataclass(frozen=True, eq=False)
 class PreparedBatch:
     """
-    What a network has computed of ``B`` graphs before it knows what they are matched with.
+    Results for ``B`` graphs that do not depend on the graphs they are matched with.
 
-    ``encoded (B, R, width)`` are the nodes as they enter the first layer, ``relations
-    (B, layers, heads, R, R)`` the attention logits within each graph, ``mask (B, R)`` is True for
-    real nodes.
+    ``encoded (B, R, width)`` are the nodes at the input of the first layer, ``relations (B,
+    layers, heads, R, R)`` the attention logits within each graph, ``mask (B, R)`` is True for real
+    nodes.
     """
 
     encoded: Array
@@ -66,8 +66,8 @@ def pad_graphs(
     """
     Stack graphs given as ``node_feat (R_b, D)`` and ``edges (E_b, 2)`` into one batch of arrays.
 
-    The padded size is that of the largest graph, and at least one, so that a batch of empty
-    graphs has valid shapes and masks without a True.
+    The padded size is that of the largest graph and at least one, so a batch of empty graphs has
+    valid shapes and an all-False mask.
     """
     size = max((len(rows) for rows in node_feat), default=0) or 1
     count = len(node_feat)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Shape of the matching network; stored in a checkpoint's manifest, not a run-time parameter."""
+"""Hyperparameters of the matching networks, stored in a checkpoint's manifest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fpnet_core.io.weights import Weights
 
 
 class EdgeMapping(StrEnum):
-    """What the edge function phi of equation (7) sees."""
+    """Input of the edge function phi of equation (7)."""
 
     NONE = 'none'
     CONNECTIVITY = 'connectivity'
@@ -24,7 +24,7 @@ class EdgeMapping(StrEnum):
 
 
 class _AttentionConfig(Section):
-    """Sizes of both networks: heads share a descriptor evenly."""
+    """Sizes common to both networks: the heads divide a descriptor evenly."""
 
     width: int
     heads: int
@@ -37,7 +37,7 @@ class _AttentionConfig(Section):
 
 
 class PaperConfig(_AttentionConfig):
-    """Sizes of the paper's network; the defaults are its own (section V-A, setup)."""
+    """Sizes of the paper's network; the defaults are the paper's (section V-A, setup)."""
 
     kind: Literal['paper'] = Field('paper', description="The paper's network.")
     width: int = Field(26, ge=2, le=512, description='Length of a node descriptor.')
@@ -62,13 +62,13 @@ class InvariantConfig(_AttentionConfig):
 
 
 NetworkConfig = Annotated[PaperConfig | InvariantConfig, Field(discriminator='kind')]
-"""Either network; ``kind`` tells which."""
+"""Either network; ``kind`` selects it."""
 
 _CONFIG: TypeAdapter[NetworkConfig] = TypeAdapter(NetworkConfig)
 
 
 def network_config(weights: Weights) -> NetworkConfig:
-    """Return which network ``weights`` are of; raises WeightsError for an unknown one."""
+    """Return the configuration of the network in ``weights``; WeightsError if it is unknown."""
     try:
         return _CONFIG.validate_python(weights.manifest['network'])
     except ValidationError as error:

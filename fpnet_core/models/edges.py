@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The edge function phi that weighs self-attention (paper, equation 7).
+The edge function phi that weights self-attention (paper, equation 7).
 
 The paper leaves phi open ("defined by connectivity between nodes and relative spatial positions
-jointly", two variants). Both are here, and what its ablations leave of them:
+jointly", two variants). This module has both, and a third that matches the paper's ablation:
 
 - ``connectivity``: 1 for adjacent nodes and the node itself, 0.7 otherwise.
 - ``distance``: the inverse distance for adjacent nodes, 0.5 for others, 20 for the node itself.
   Distances are divided by the node's mean distance to its neighbours, so that phi does not
   depend on the scale of the map, and bounded, so that no neighbour outweighs the node itself.
-- ``proximity``: as ``distance``, but of all nodes as if all were adjacent: no connectivity.
+- ``proximity``: as ``distance``, but treats all nodes as adjacent: no connectivity.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def connectivity_weights(batch: GraphBatch) -> Tensor:
 
 
 def distance_weights(batch: GraphBatch) -> Tensor:
-    """Return phi ``(B, R, R)`` of the distance variant; row i is what node i gathers by."""
+    """Return phi ``(B, R, R)`` of the distance variant; row i weights the inputs of node i."""
     linked = batch.adjacency
     return _with_own(torch.where(linked > 0, _inverse_distances(batch, linked), FAR_WEIGHT))
 
@@ -59,7 +59,7 @@ def proximity_weights(batch: GraphBatch) -> Tensor:
 
 
 def _inverse_distances(batch: GraphBatch, counted: Tensor) -> Tensor:
-    """Return inverse distances over each node's mean distance to the ``counted (B, R, R)``."""
+    """Return each node's mean distance to ``counted (B, R, R)`` nodes over the pair's distance."""
     distance = pair_distances(batch)
     total = counted.sum(dim=-1, keepdim=True).clamp_min(1.0)
     mean = (distance * counted).sum(dim=-1, keepdim=True) / total

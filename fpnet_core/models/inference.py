@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From checked weights to what a matcher asks; of the packaged network without torch."""
+"""Inference with checked weights; the packaged network does not need torch."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from fpnet_core.types import RegionGraph
 
 
 class Inference(Protocol):
-    """A network that says which regions of two graphs are the same."""
+    """Network that assigns regions of two graphs to each other."""
 
     def prepared(self, graph: RegionGraph) -> Any:
-        """Return what can be computed of one graph before the other is known."""
+        """Return the part of the computation that depends on one graph only."""
 
     def likelihood(self, plan: Any, sub: Any) -> NDArray[np.float64]:
         """Return the assignment ``(M, N)`` of prepared graphs; neither is empty."""
@@ -43,7 +43,7 @@ class _OnArrays:
 
 def inference_of(weights: Weights) -> Inference:
     """
-    Return the network that ``weights`` describe; only the paper's loads torch.
+    Return the network that ``weights`` describe; only the paper's imports torch.
 
     Raises
     ------
@@ -57,6 +57,6 @@ def inference_of(weights: Weights) -> Inference:
 
         return OnTensors(load_network(weights))
     check_shapes('weights', weights.tensors, shapes(config))
-    # Laid out as products go through them: of small rows they take a third of the time.
+    # Column-major weights reduce the time of products with few rows to a third.
     tensors = {name: np.asfortranarray(value) for name, value in weights.tensors.items()}
     return _OnArrays(JointAttention(config, NUMPY, tensors))

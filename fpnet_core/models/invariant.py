@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What of the ``fpnet`` preset's network is learned, and what learning begins with."""
+"""Trainable parameters of the ``fpnet`` preset's network, and their initialisation."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from fpnet_core.models.tensors import TORCH
 from fpnet_core.types import RegionGraph
 
 # Chosen, not measured:
-_FOCUS = ((3, 4.0), (4, 4.0), (0, -1.5))  # relation and first weight of successive heads
-_ACROSS = 3.0  # first logit of the other graph's nodes, for heads that look there
+_FOCUS = ((3, 4.0), (4, 4.0), (0, -1.5))  # relation and initial weight of successive heads
+_ACROSS = 3.0  # initial logit of the other graph's nodes, for heads that attend to it
 
 
 class InvariantNetwork(RegionNetwork):
-    """The parameters of :class:`JointAttention`, which says what is computed with them."""
+    """Parameters of :class:`JointAttention`, which defines the computation."""
 
     layout = INVARIANT_LAYOUT
 
@@ -56,7 +56,7 @@ class InvariantNetwork(RegionNetwork):
         return found
 
     def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
-        """Return the log-assignment of every layer, the last one as :meth:`forward`."""
+        """Return the log-assignment of every layer; the last one equals :meth:`forward`."""
         return self._computed.assignments(plan, sub)
 
     @property
@@ -73,7 +73,7 @@ def _relation_bias(layers: int, heads: int) -> nn.ModuleDict:
 
 
 class _JointLayer(nn.Module):
-    """One layer, which begins as the identity."""
+    """One layer, initialised as the identity."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -87,10 +87,10 @@ class _JointLayer(nn.Module):
 
 def _first_focus(layers: int, heads: int) -> Tensor:
     """
-    Return first weights ``(layers * heads, 12)`` of the relations: heads begin as graph filters.
+    Return initial weights ``(layers * heads, 12)`` of the relations: heads start as graph filters.
 
-    In turn, heads look at regions that are connected, at those one door away, and at near ones.
-    From uniform attention over a hundred regions, all of this would have to be learned first.
+    In turn, heads attend to connected regions, to regions one door away, and to near ones. From
+    uniform attention over a hundred regions, training would have to learn all of this.
     """
     focus = torch.zeros(layers, heads, RELATIONS)
     for head in range(heads):
@@ -102,6 +102,6 @@ def _first_focus(layers: int, heads: int) -> Tensor:
 
 
 def _first_across(layers: int, heads: int) -> Tensor:
-    """Return first logits across the graphs: every fourth head looks there, the others do not."""
+    """Return initial logits across the graphs: every fourth head attends there, no other."""
     away = torch.arange(heads) % (len(_FOCUS) + 1) == len(_FOCUS)
     return torch.where(away, _ACROSS, -_ACROSS).expand(layers, -1).clone()

@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The network of the ``fpnet`` preset: joint attention with invariant relations.
+Network of the ``fpnet`` preset: joint attention with invariant relations.
 
-Against the paper's network: the nodes of both graphs are one sequence, so one attention layer
-does the work of a self and a cross layer at a quarter of the calls; what two nodes of a graph
-have to do with each other (distance, direction relative to either's axis, connection) is added
-to their attention logit by a small network, where the paper multiplies weights by a function of
-normalised positions; no absolute position enters; every layer predicts an assignment of its own
-and is trained on it; a double softmax with a matchability per node replaces dustbins and the
-forty sweeps of Sinkhorn's iteration.
+Differences from the paper's network: The nodes of both graphs form one sequence, so one attention
+layer replaces a self and a cross layer at a quarter of the calls. A small network adds the
+relation of two nodes of a graph (distance, direction relative to either axis, connection) to their
+attention logit, where the paper multiplies weights by a function of normalised positions. Absolute
+positions are not used. Every layer predicts its own assignment and is trained on it. A double
+softmax with a matchability per node replaces dustbins and the forty sweeps of Sinkhorn's
+iteration.
 
-Robots run it on arrays, training on tensors (:mod:`fpnet_core.models.invariant`).
+Inference uses arrays, training tensors (:mod:`fpnet_core.models.invariant`).
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from fpnet_core.models.batch import GraphBatch, PreparedBatch
 from fpnet_core.models.config import InvariantConfig
 
 NODE_FEATURES = INVARIANT_LAYOUT.size - AXIS.stop
-"""Given: columns of a node that enter its descriptor; position and axis enter relations only."""
+"""Given: columns of a node in its descriptor; position and axis only enter the relations."""
 
 RELATIONS = 12
-"""Given: what one node sees of another, see :func:`relations`."""
+"""Given: number of features of a pair of nodes, see :func:`relations`."""
 
 RELATION_WIDTH = 16
 """Hidden units between relations and attention logits. Chosen."""
 
-_PAIRS_AT_ONCE = 2**16  # numerical: a storey of 2,000 regions would take gigabytes at once
+_PAIRS_AT_ONCE = 2**16  # numerical: bounds memory; 2,000 regions at once would take gigabytes
 _NEAR_UNITS = 1.0  # distances enter by their logarithm from about here on; chosen
 _TINY = float(np.finfo(np.float32).tiny)  # numerical: no division by zero
 
@@ -47,7 +47,7 @@ Graphs = GraphBatch | PreparedBatch
 @dataclass(frozen=True, eq=False)
 class JointAttention:
     """
-    The network on arrays of ``library``; ``parameters`` by their names, see :func:`shapes`.
+    The network on arrays of ``library``; ``parameters`` by name, see :func:`shapes`.
 
     Letters: ``B`` pairs of graphs, ``M`` and ``N`` nodes of plan and submap, ``R`` either.
     """
@@ -65,21 +65,21 @@ class JointAttention:
         return self._assignment(self._states(plan, sub)[-1], plan.mask, sub.mask)
 
     def assignments(self, plan: Graphs, sub: Graphs) -> list[Array]:
-        """Return the log-assignment of every layer, the last one as :meth:`log_assignment`."""
+        """Return the log-assignment of every layer; the last is :meth:`log_assignment`."""
         return [self._assignment(s, plan.mask, sub.mask) for s in self._states(plan, sub)]
 
     def prepared(self, batch: GraphBatch) -> PreparedBatch:
-        """Return all that hangs on a batch alone: a plan is matched many times."""
+        """Return what depends on one batch only: a plan is matched many times."""
         return PreparedBatch(self._encoded(batch), self._relation_logits(batch), batch.mask)
 
     def _encoded(self, batch: GraphBatch) -> Array:
-        """Return the nodes ``(B, R, width)`` as they enter the first layer."""
+        """Return the nodes ``(B, R, width)`` at the input of the first layer."""
         linear, gelu = self.library.linear, self.library.gelu
         hidden = gelu(linear(batch.node_feat[..., AXIS.stop :], *self._of('encoder.0')))
         return linear(hidden, *self._of('encoder.2'))
 
     def _relation_logits(self, batch: GraphBatch) -> Array:
-        """Return what relations add to attention, ``(B, layers, heads, R, R)``."""
+        """Return the attention logits of the relations, ``(B, layers, heads, R, R)``."""
         size = batch.mask.shape[1]
         step = max(1, _PAIRS_AT_ONCE // size)
         parts = [
@@ -115,7 +115,7 @@ class JointAttention:
         return states
 
     def _layer(self, name: str, state: Array, bias: JointBias) -> Array:
-        """Attention among the nodes of both graphs, then a residual two-layer update."""
+        """Apply attention among the nodes of both graphs and a residual two-layer update."""
         linear = self.library.linear
         nodes = self.library.layer_norm(state, *self._of(f'{name}.normalise'))
         count, size, width = state.shape
@@ -142,12 +142,12 @@ class JointAttention:
 
 def relations(library: Library, batch: GraphBatch, rows: slice = slice(None)) -> Array:
     """
-    Return what node a sees of node b, ``(B, 12, R, R)``, for all pairs within each graph.
+    Return the relations of all pairs of nodes a, b within each graph, ``(B, 12, R, R)``.
 
-    ``rows`` are the nodes a that are asked for.
+    ``rows`` selects the nodes a.
 
-    Directions are doubled angles, because an axis has no sign; they stay apart from their mirror
-    images. A square room, whose axis is arbitrary, contributes nothing by its elongation of zero.
+    Directions are doubled angles, because an axis has no sign; mirror images stay distinguishable.
+    A square room has an arbitrary axis but elongation zero, so its axis has no effect.
     """
     xp = library.module
     position = batch.node_feat[..., POSITION] * POSITION_UNITS
@@ -155,7 +155,7 @@ def relations(library: Library, batch: GraphBatch, rows: slice = slice(None)) ->
     x, y = offset[..., 0], offset[..., 1]
     squared = x * x + y * y
     log_distance = 0.5 * xp.log(squared + _NEAR_UNITS**2)
-    # The doubled direction as a unit vector: (x + iy)^2 / |x + iy|^2, zero for a node itself.
+    # The doubled direction as a unit vector: (x + iy)^2 / |x + iy|^2, zero for the node itself.
     inverse = 1.0 / (squared + _TINY)
     cos, sin = (x * x - y * y) * inverse, 2.0 * x * y * inverse
     axis_cos, axis_sin = batch.node_feat[..., AXIS.start], batch.node_feat[..., AXIS.start + 1]
@@ -191,10 +191,10 @@ def double_softmax(
     sub_mask: Array,
 ) -> Array:
     """
-    Return ``(B, M+1, N+1)``: log-probabilities of pairs, and of being unmatchable in the last.
+    Return log-probabilities ``(B, M+1, N+1)`` of pairs; the last are of unmatchable nodes.
 
     A pair's probability is the product of both softmaxes of ``scores (B, M, N)`` and of both
-    nodes' matchabilities, given as logits ``(B, M)`` and ``(B, N)``; sums over rows and columns
+    nodes' matchabilities, given as logits ``(B, M)`` and ``(B, N)``. Sums over rows and columns
     without the dustbins are below 1. Padding gets ``MASKED``.
     """
     xp, log_sigmoid = library.module, library.log_sigmoid

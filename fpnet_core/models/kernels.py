@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compiled loops of a network on arrays: what takes NumPy many passes over memory, in one or two.
+Compiled loops of a network on arrays, with fewer memory passes than NumPy.
 
-All constants are of single precision, as the networks are: one of double precision would make
-doubles of a whole loop. Sums may be taken in any order, by several at once.
+All constants are single precision, like the networks: a single double constant would promote a
+whole loop. Sums may be reordered and vectorised.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
-_ANY_ORDER = {'reassoc', 'contract', 'nsz'}  # given: what Numba's fastmath calls it
+_ANY_ORDER = {'reassoc', 'contract', 'nsz'}  # given: names of Numba's fastmath flags
 
-# Numerical: Taylor's series of 2^x, which is exact to single precision for half of one.
+# Numerical: Taylor series of 2^x, exact to single precision for |x| up to one half.
 _P7, _P6, _P5, _P4, _P3, _P2, _P1 = (
     np.float32(math.log(2.0) ** k / math.factorial(k)) for k in range(7, 0, -1)
 )
 _LOG2_E = np.float32(1.0 / math.log(2.0))  # given
-_LEAST = np.float32(-126.0)  # given: exponent of the smallest number with all its digits
+_LEAST = np.float32(-126.0)  # given: exponent of the smallest normal number
 _EXPONENT_BIAS, _MANTISSA_BITS = np.int32(127), np.int32(23)  # given: of single precision
 
 # Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one
-# unit of single precision in the last place.
+# unit in the last place of single precision.
 _ERF_P = np.float32(0.3275911)
 _ERF_1, _ERF_2, _ERF_3, _ERF_4, _ERF_5 = (  # given: same
     np.float32(a) for a in (0.254829592, -0.284496736, 1.421413741, -1.453152027, 1.061405429)
 )
-_EPSILON = np.float32(1e-5)  # given: what layer normalisation adds to a variance, as in training
+_EPSILON = np.float32(1e-5)  # given: variance offset of layer normalisation, as in training
 _ROOT_HALF = np.float32(math.sqrt(0.5))  # given
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)  # given
 
 
 @numba.njit(inline='always', fastmath=_ANY_ORDER)
 def _exponential(x: Any) -> Any:
-    """Return ``exp(x)`` of ``x <= 0``; unlike the library's, for several numbers at once."""
+    """Return ``exp(x)`` for ``x <= 0``; unlike the library's, the compiler vectorises it."""
     power = max(x * _LOG2_E, _LEAST)
     whole = np.floor(power + _HALF)
     f = power - whole
@@ -58,13 +58,13 @@ def gelu(x: Floats, out: Floats) -> None:
         z = size * _ROOT_HALF
         t = _ONE / (_ONE + _ERF_P * z)
         tail = ((((_ERF_5 * t + _ERF_4) * t + _ERF_3) * t + _ERF_2) * t + _ERF_1) * t
-        # Half the tail of |x|: x Phi(x) is that much below x above zero, and is it below.
+        # With h = |x| erfc(|x| / sqrt(2)) / 2, x Phi(x) is x - h above zero and -h below.
         out[k] = max(x[k], _ZERO) - _HALF * size * tail * _exponential(-z * z)
 
 
 @numba.njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def layer_norm(x: Floats, weight: Floats, bias: Floats, out: Floats) -> None:
-    """Write the rows of ``x (R, W)``, each standardised, times ``weight`` plus ``bias (W,)``."""
+    """Write the rows of ``x (R, W)``, standardised, times ``weight`` plus ``bias (W,)``."""
     width = x.shape[1]
     for r in range(len(x)):
         row, own = x[r], out[r]
@@ -82,11 +82,11 @@ def layer_norm(x: Floats, weight: Floats, bias: Floats, out: Floats) -> None:
 @numba.njit(cache=True, nogil=True)
 def soften(logits: Floats, within: Floats, first: int, begin: int, across: Floats) -> None:
     """
-    Make weights of attention ``logits (B, heads, T, S)`` in place: add their bias, then softmax.
+    Convert attention ``logits (B, heads, T, S)`` to weights in place: add the bias, then softmax.
 
-    Targets are the nodes of one graph from the ``first`` on, sources those of two. The target's
-    own graph starts at ``begin`` among these and is biased by the targets' rows of ``within
-    (B, heads, R, R)``, the other one by ``across (heads,)``.
+    Targets are one graph's nodes from ``first`` on, sources the nodes of both graphs. The target's
+    own graph starts at source ``begin`` and is biased by the targets' rows of ``within (B, heads,
+    R, R)``, the other one by ``across (heads,)``.
     """
     end = begin + within.shape[-1]
     for b in range(logits.shape[0]):
@@ -103,8 +103,7 @@ def _biased(row: Floats, bias: Floats) -> np.int32:
     """
     Add ``bias (S,)`` in place and return the largest sum, rounded.
 
-    Any number near it keeps an exponential finite, and the largest whole one is found for several
-    at once.
+    Any nearby value keeps the exponentials finite, and the maximum of integers vectorises.
     """
     top = np.int32(-(2**31) + 1)
     for j in range(len(row)):
@@ -116,7 +115,7 @@ def _biased(row: Floats, bias: Floats) -> np.int32:
 
 @numba.njit(nogil=True, fastmath=_ANY_ORDER)
 def _raised(row: Floats, by: Any) -> np.int32:
-    """Do the same with one number for all."""
+    """Add one number to all in place and return the largest sum, rounded."""
     top = np.int32(-(2**31) + 1)
     for j in range(len(row)):
         value = row[j] + by
@@ -127,7 +126,7 @@ def _raised(row: Floats, by: Any) -> np.int32:
 
 @numba.njit(nogil=True, fastmath=_ANY_ORDER)
 def _normalised(row: Floats, top: np.int32) -> None:
-    """Replace logits by their exponentials over the sum of these; ``top`` is near the largest."""
+    """Replace logits by their softmax; ``top`` is near the largest logit."""
     total, level = _ZERO, np.float32(top)
     for j in range(len(row)):
         share = _exponential(row[j] - level)

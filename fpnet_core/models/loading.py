@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From checked weights to a network of tensors."""
+"""Loading of checked weights into a network of tensors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def make_network(config: NetworkConfig) -> RegionNetwork:
 
 
 def network_type(config: NetworkConfig) -> type[RegionNetwork]:
-    """Return the class of the network of ``config``, which knows its node rows."""
+    """Return the network class of ``config``, which defines its node rows."""
     return PaperNetwork if isinstance(config, PaperConfig) else InvariantNetwork
 
 
@@ -38,7 +38,7 @@ def load_network(weights: Weights) -> RegionNetwork:
 
 
 def load_tensors(network: RegionNetwork, weights: Weights) -> None:
-    """Copy the tensors into ``network``; raises WeightsError where one does not fit."""
+    """Copy the tensors into ``network``; WeightsError if one does not fit."""
     expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
     check_shapes('weights', weights.tensors, expected)
     network.load_state_dict({key: torch.from_numpy(v) for key, v in weights.tensors.items()})

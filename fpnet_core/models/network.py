@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the networks have in common: how a graph becomes their input, and what they return."""
+"""Common interface of the networks: conversion of graphs to inputs, and outputs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fpnet_core.types import RegionGraph
 
 
 class RegionNetwork(nn.Module, ABC):
-    """Two batches of graphs in, log-assignments ``(B, M+1, N+1)`` with dustbins last out."""
+    """Network from two batches of graphs to log-assignments ``(B, M+1, N+1)``, dustbins last."""
 
     layout: ClassVar[FeatureLayout]
 

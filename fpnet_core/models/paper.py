@@ -28,11 +28,11 @@ _DESCRIPTOR_FEATURES = NODE_FEATURES - POSITION.stop
 
 class GraphEncoder(nn.Module):
     """
-    First node states ``h = MLP(p) + d`` (paper, eq. 2).
+    Initial node states ``h = MLP(p) + d`` (paper, eq. 2).
 
-    ``p`` is (x, y, confidence), ``d`` the 26 features that are not position; that confidence is
-    in both is what makes the paper's 28 features and its width of 26 agree. Another width needs
-    a linear map of ``d``, which the paper's own width does without.
+    ``p`` is (x, y, confidence), ``d`` the 26 features that are not position. Confidence is in
+    both, which makes the paper's 28 features consistent with its width of 26. Another width needs
+    a linear map of ``d``; the paper's own width does not.
     """
 
     def __init__(self, config: PaperConfig) -> None:
@@ -87,7 +87,7 @@ class PaperNetwork(RegionNetwork):
         Equivariant to permutations of the nodes of either side.
         """
         plan_state, sub_state = self.describe(plan, sub)
-        # Scaled so that scores start at about unit variance whatever the width.
+        # Scaled so that scores start at about unit variance for any width.
         scores = plan_state @ sub_state.transpose(-1, -2) / math.sqrt(self.config.width)
         return log_assignment(
             scores, self.dustbin, plan.mask, sub.mask, self.config.sinkhorn_iterations

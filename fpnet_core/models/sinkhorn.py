@@ -16,14 +16,14 @@ def log_assignment(
     """
     Return the logarithm of the soft assignment, ``(B, M+1, N+1)``; dustbins come last.
 
-    Every real node has mass 1, the plan's dustbin has the number of submap nodes and the
-    submap's that of plan nodes. After the last sweep the columns sum to these masses exactly
-    and the rows nearly. Padding has no mass: its entries are below ``MASKED / 2``.
+    Every real node has mass 1. The plan's dustbin has as much mass as the submap has nodes, and
+    vice versa. After the last sweep the columns sum to these masses exactly and the rows
+    approximately. Padding has no mass: its entries are below ``MASKED / 2``.
 
     Parameters
     ----------
     scores : (B, M, N) inner products of descriptors
-    dustbin : () learned score of going unmatched
+    dustbin : () learned score of unmatched nodes
     plan_mask, sub_mask : (B, M), (B, N) bool
     iterations : number of row and column sweeps
     """
@@ -59,6 +59,6 @@ def _with_dust(mask: Tensor) -> Tensor:
 def _log_masses(mask: Tensor, dust_mass: Tensor, dtype: torch.dtype) -> Tensor:
     """Return log masses ``(B, R+1)``: 0 for real nodes, MASKED for padding, then the dustbin."""
     nodes = (~mask).to(dtype) * MASKED
-    # The floor stands in for log(0) where the other side is empty.
+    # The lower bound replaces log(0) if the other graph is empty.
     dust = dust_mass.to(dtype).clamp_min(torch.finfo(dtype).tiny).log()
     return torch.cat([nodes, dust.unsqueeze(-1)], dim=-1)

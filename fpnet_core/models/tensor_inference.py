@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Networks of tensors as a matcher asks them; importing this loads torch."""
+"""Inference with networks of tensors; importing this imports torch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fpnet_core.types import RegionGraph
 
 @dataclass(frozen=True, eq=False)
 class OnTensors:
-    """A network of tensors, asked for one pair of graphs."""
+    """Network of tensors, applied to one pair of graphs."""
 
     network: RegionNetwork
 
@@ -38,10 +38,10 @@ class OnTensors:
 @contextmanager
 def _one_thread() -> Iterator[None]:
     """
-    Let tensor operations run on the calling thread.
+    Run tensor operations on the calling thread.
 
-    The graphs are too small to gain from more, and a team of threads waits at every operation for
-    its last one: beside other busy programs a match took many times as long.
+    The graphs are too small to gain from several threads, and a thread pool waits at every
+    operation for its slowest thread: beside other busy programs a match took many times as long.
     """
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""PyTorch as a library that networks are written with; importing this loads torch."""
+"""PyTorch implementation of the array operations; importing this imports torch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fpnet_core.models.batch import GraphBatch
 
 
 def tensors_of(batch: GraphBatch) -> GraphBatch:
-    """Return a batch of arrays as one of tensors that share their memory."""
+    """Return a batch of arrays as tensors that share their memory."""
     return GraphBatch(
         torch.from_numpy(batch.node_feat),
         torch.from_numpy(batch.adjacency),
@@ -22,7 +22,7 @@ def tensors_of(batch: GraphBatch) -> GraphBatch:
 
 
 def _mixed(x: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
-    """Map ``x (B, features, K)``; a batched product spares two transposes."""
+    """Map ``x (B, features, K)``; a batched product saves two transposes."""
     count = len(x)
     return torch.baddbmm(bias[:, None].expand(count, -1, 1), weight.expand(count, -1, -1), x)
 
@@ -36,7 +36,7 @@ def _attention(query: Tensor, key: Tensor, value: Tensor, bias: JointBias) -> Te
 
 
 def _joined(bias: JointBias) -> Tensor:
-    """Return the whole bias ``(B, heads, M+N, M+N)``."""
+    """Return the full bias ``(B, heads, M+N, M+N)``."""
     ours, theirs, across = bias.ours, bias.theirs, bias.across[None, :, None, None]
     away = across.expand(*ours.shape[:-1], theirs.shape[-1])
     back = across.expand(*theirs.shape[:-1], ours.shape[-1])
@@ -54,4 +54,4 @@ TORCH = Library(
     torch, torch.matmul, functional.linear, _mixed, _layer_norm, functional.gelu, _attention,
     torch.log_softmax, functional.logsigmoid, _identity_like,
 )  # fmt: skip
-"""On PyTorch's tensors, with gradients."""
+"""PyTorch tensors, with gradients."""

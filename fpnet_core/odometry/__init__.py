@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the sensor has gone by its own sweeps, with KISS-ICP and the robot's odometry."""
+"""Lidar odometry with KISS-ICP, optionally guided by the robot's odometry."""
 
 from fpnet_core.odometry.check import Consistency, GuidedOdometry
 from fpnet_core.odometry.kiss import KissOdometry

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether sweeps without times are of one instant or bent by the motion: the map tells.
+Detection of motion skew in sweeps without point times.
 
-A simulator's sweep is of one instant; that of a driver that keeps the times to itself took a
-tenth of a second, and its walls are bent by the motion. When each point was seen is then in the
-order of the points: one turn column by column, or row by row. By that order the motion shifts
-each point, and least squares tell which part of the shift brings a sweep to the walls of the map,
-together with a motion of the sweep as a whole. In turns it is near 0 for sweeps of an instant and
-near 1 for others, within a few sweeps.
+A simulated sweep is instantaneous. A real one takes about 0.1 s; if the driver drops the times,
+its walls are skewed by the motion. The order of the points then gives their times: one turn
+column by column, or each row in turn. These times and the motion give a shift for each point.
+Least squares estimate the fraction of this shift that best aligns a sweep with the walls of an
+earlier one, jointly with a rigid correction of the sweep. When the robot turns, the fraction is
+near 0 for instantaneous sweeps and near 1 for others, within a few sweeps.
 """
 
 from __future__ import annotations
@@ -29,62 +29,62 @@ Array = NDArray[np.float64]
 _log = logging.getLogger(__name__)
 
 _BACK_TURNS = 0.1
-"""Clouds whose azimuths go back by more [turns] have no order that tells times. Chosen."""
+"""If azimuths go back by more than this [turns], the order of points gives no times. Chosen."""
 
 _FEWEST_TURNS = 0.3
-"""Those that turn by less have none either. Chosen: sectors of a hundred degrees do turn."""
+"""Nor if they cover less than this [turns]. Chosen: allows sectors of about 100 degrees."""
 
-_FEWEST_ROWS = 2  # given: one row, or columns, turn once
+_FEWEST_ROWS = 2  # given: a single row, or columns, make one turn
 _TOGETHER = 0.7
-"""Rows begin together where the mean of the unit vectors there is longer than this. Chosen."""
+"""Rows start at one azimuth if the mean of their unit vectors is longer than this. Chosen."""
 
 _RETURNS, _POINTS = 8000, 1500
-"""Returns of a sweep that are looked at, and upright ones that are compared. Chosen: for 10 ms."""
+"""Returns used of a sweep, and upright ones that are compared. Chosen: for 10 ms."""
 
 _SWEEPS = 11
-"""Sweeps from one to the one that it is compared to: a second, in which motion changes. Chosen."""
+"""Sweeps in the buffer: they are compared over a second, so that motion changes. Chosen."""
 
 _NEIGHBOURS, _NEAR_M = 6, 0.8
-"""Returns that make a wall, and how near all of them are [m]. Chosen."""
+"""Returns that define a wall patch, and their largest distance [m]. Chosen."""
 
 _THICK_M, _LONG_M = 0.05, 0.1
-"""Standard deviations of those across and along a wall, at most and at least [m]. Chosen."""
+"""Largest standard deviation across a wall patch and smallest one along it [m]. Chosen."""
 
 _FEWEST = 100
-"""With fewer returns at walls a sweep tells nothing. Chosen."""
+"""A sweep with fewer returns from walls is not used. Chosen."""
 
 _SHIFT_M = 0.01
-"""Nor do two whose points are shifted by less in the mean square [m]. Chosen: ranges' noise."""
+"""Two sweeps with a smaller RMS shift of points [m] are not used. Chosen: noise of ranges."""
 
 _ENOUGH_M2 = 0.03
 """
-Sum over sweeps of the mean square that no motion of the whole sweep explains [m^2], with which it
-is decided. Chosen: one to four seconds of turns.
+Evidence for a decision: sum over sweeps of the mean squared shift [m^2] that no rigid motion of
+the sweep explains. Chosen: one to four seconds of turns.
 """
 
 
 _DOUBT_M2 = 0.003
-"""As much of that speaks for sweeps of an instant from the beginning [m^2]. Chosen."""
+"""Prior evidence for instantaneous sweeps, in the same unit [m^2]. Chosen."""
 
 _FARTHEST_M = 0.4
-"""Returns that are farther from a wall [m] are of another. Chosen."""
+"""Returns farther from a wall patch [m] belong to another wall. Chosen."""
 
 _ROUNDS, _RIDGE = 3, 1e-9  # numerical: of weighted least squares
-_MAD = 1.4826  # given: standard deviations of a normal distribution in its median deviation
+_MAD = 1.4826  # given: standard deviation over median absolute deviation, normal distribution
 
-_BENT = (
-    'sweeps without times are bent by the motion during a sweep, which is undone by the order of '
-    'their points'
+_SKEWED = (
+    'sweeps without times are skewed by the motion during a sweep; they are deskewed by the order '
+    'of their points'
 )
-_INSTANT = 'sweeps without times are not bent by the motion: each is taken for one instant'
+_INSTANT = 'sweeps without times are not skewed by the motion: they are treated as instantaneous'
 
 
 def turn_shares(points: Array) -> Array | None:
     """
-    Return which part of a turn, 0 to 1, was done when each of a cloud's points was seen ``(P,)``.
+    Return for each point the fraction of a turn, 0 to 1, at which it was measured, ``(P,)``.
 
-    By their order: column by column through one turn, or row by row, each through all of it; None
-    where it is neither. Points in the sensor or not finite have no part, which is 0.
+    Inferred from the order of points: column by column through one turn, or row by row with a turn
+    each. None if the order is neither. Points that are zero or not finite get 0.
     """
     is_seen = np.isfinite(points).all(axis=1) & points[:, :2].any(axis=1)
     if np.count_nonzero(is_seen) < _FEWEST:
@@ -120,15 +120,15 @@ def _shares_in_order(points: Array) -> Array | None:
 
 class DeskewDetector:
     """
-    Finds out whether the motion bends sweeps without times.
+    Detects whether sweeps without times are skewed by the motion.
 
-    Until it is decided, ``part`` is what the evidence so far says: with sweeps undone rightly the
-    map is right as well.
+    Before the decision, ``part`` follows the evidence so far, so that the map is built from
+    deskewed sweeps as early as possible.
 
     Parameters
     ----------
     is_decided
-        From the beginning: sweeps are of one instant, whatever the map says.
+        Treat sweeps as instantaneous from the start, without detection.
     """
 
     def __init__(self, is_decided: bool = False) -> None:
@@ -138,40 +138,40 @@ class DeskewDetector:
 
     @property
     def part(self) -> float:
-        """Which part of the motion is to be undone: 0, 1, or -1 where the order runs backwards."""
+        """Fraction of the motion to undo: 0, 1, or -1 if the order of points is reversed."""
         found = self._sum / (self._information + _DOUBT_M2)
         return float(np.clip(np.round(found), -1.0, 1.0))
 
     def look(self, sweep: Array, shares: Array, T_odom_sensor: Array, motion: Array) -> None:
         """
-        Take the evidence of one sweep.
+        Add the evidence of one sweep.
 
         Parameters
         ----------
         sweep : (P, 3)
-            As it came, sensor frame [m].
+            Raw points, sensor frame [m].
         shares : (P,)
-            Of the motion, from the sweep's middle on, by the order of points: -0.5 to 0.5.
+            Share of the motion since the sweep's middle, by the order of points: -0.5 to 0.5.
         T_odom_sensor : (4, 4)
-            Where it was registered.
+            Registered pose.
         motion : (4, 4)
-            Of the sensor since the last sweep.
+            Motion of the sensor since the last sweep.
         """
         seen = _Walls.of(sweep, shares, T_odom_sensor, motion)
         self._seen.append(seen)
         before = self._seen[0]
         if len(self._seen) < _SWEEPS or max(seen.shift_m, before.shift_m) < _SHIFT_M:
             return
-        distance, slopes = _apart(seen, before)
+        distance, slopes = _wall_distances(seen, before)
         if len(distance) < _FEWEST:
             return
-        part, information = _fitted(distance, slopes)
+        part, information = _fit_part(distance, slopes)
         self._sum += part * information
         self._information += information
         if self._information > _ENOUGH_M2:
             self.is_decided = True
             self._seen.clear()
-            _log.info(_BENT if self.part else _INSTANT)
+            _log.info(_SKEWED if self.part else _INSTANT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +179,8 @@ class _Walls:
     """
     Upright returns ``middle (P, 3)`` of a sweep, odometry frame, with half of the shift undone.
 
-    None and all of it are judged alike from there. ``shift (P, 3)`` [m] is all of it, ``origin``
-    ``(3,)`` where the sensor was.
+    Half treats the two outcomes, none and all, alike. ``shift (P, 3)`` [m] is the full shift,
+    ``origin (3,)`` the position of the sensor.
     """
 
     middle: Array
@@ -198,22 +198,22 @@ class _Walls:
 
     @property
     def shift_m(self) -> float:
-        """Root of the mean square of the shift, but for that of all together."""
+        """RMS of the shift about its mean [m]."""
         return float(np.linalg.norm(self.shift.std(axis=0))) if len(self.shift) else 0.0
 
 
-def _apart(seen: _Walls, before: _Walls) -> tuple[Array, Array]:
+def _wall_distances(seen: _Walls, before: _Walls) -> tuple[Array, Array]:
     """
-    Return how far a sweep's returns are from an earlier one's walls, and what that depends on.
+    Return distances of a sweep's returns from the walls of an earlier one, with their Jacobian.
 
-    Both are shifted, each by its own motion: what bends both alike tells nothing.
+    Each sweep is shifted by its own motion; only the difference of the two shifts is evidence.
 
     Returns
     -------
     distance : (N,)
         Along the walls' normals [m].
     slopes : (N, 4)
-        Of that distance: to x, y and yaw of the sensor, and to the part of the shift.
+        Derivatives with respect to x, y and yaw of the sensor, and the fraction of the shift.
     """
     if len(before.middle) < _FEWEST:
         return np.zeros(0), np.zeros((0, 4))
@@ -237,11 +237,11 @@ def _apart(seen: _Walls, before: _Walls) -> tuple[Array, Array]:
     return distance[is_wall], slopes[is_wall]
 
 
-def _fitted(distance: Array, slopes: Array) -> tuple[float, float]:
+def _fit_part(distance: Array, slopes: Array) -> tuple[float, float]:
     """
-    Return the part of the shift that fits best, and the mean square [m^2] that it was told by.
+    Return the fraction of the shift that fits best, and its information [m^2].
 
-    Robust least squares for the pose in the plane as well; what the pose explains tells nothing.
+    Robust least squares over planar pose and fraction; information excludes the pose's share.
     """
     weight = np.ones(len(distance))
     for _ in range(_ROUNDS):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""KISS-ICP lidar odometry, guarded; the offline runner and the odometry node share it."""
+"""KISS-ICP lidar odometry, as used offline and by the odometry node."""
 
 from __future__ import annotations
 
@@ -36,58 +36,57 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 STALE_BEFORE_RESTART = 3
-"""Old sweeps in a row that are a clock that went back; fewer are disorder. Chosen."""
+"""Consecutive old sweeps that count as a clock reset; fewer are out of order. Chosen."""
 
 _log = logging.getLogger(__name__)
 
 _FLAT_M = 0.01
-"""Sweeps that are lower than this [m] are those of a planar scanner. Chosen."""
+"""Sweeps with a smaller extent in z [m] are from a planar scanner. Chosen."""
 
 _AT_ONCE = np.zeros(0)  # given: no times
-_END, _MIDDLE = 0.5, 0.0  # given: instants of poses, in periods from the middle of the sweep
+_END, _MIDDLE = 0.5, 0.0  # given: reference times of poses, in periods from the sweep's middle
 
 
 def _warn(back_s: float) -> None:
-    _log.warning('the clock went back by %.3f s; odometry starts anew', back_s)
+    _log.warning('the clock went back by %.3f s; odometry restarts', back_s)
 
 
 class KissOdometry:
     """
-    Register sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
+    Registers sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
 
-    The odometry frame ``odom`` is the robot's pose at the first sweep, the sensor's where nobody
-    knows its place on the robot. That sweep also tells planar scanners from others: theirs are
-    flat. Two things are different for them. The map gets voxels of its own, and all that it
-    takes of a sweep registers: one point in one and a half voxels, as of others, would leave a
-    few dozen of a single beam. And they are deskewed here, with the places that their rays began
-    at.
-    What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
-    Of other sweeps, what stands tells the place and what lies the level: see
-    :mod:`fpnet_core.odometry.registration`. Those without times are deskewed to their middle if
-    the map says that they need it: see :mod:`fpnet_core.odometry.deskew_detection`.
+    The odometry frame ``odom`` is the robot's pose at the first sweep, or the sensor's if its
+    mount is unknown. A flat first sweep means a planar scanner, which is treated differently in
+    two ways. The map has its own voxel size, and all points that go into the map are used for
+    registration, as one point per 1.5 voxels would leave only a few dozen of a single beam. And
+    the sweeps are deskewed here, together with the origins of their rays. Planar motion stays
+    planar: no motion out of the plane improves the fit of a flat sweep to a flat map. For other
+    sweeps, upright surfaces give x, y and yaw, and level ones height, roll and pitch: see
+    :mod:`fpnet_core.odometry.registration`. Sweeps without times are deskewed to their middle if
+    that fits the map better: see :mod:`fpnet_core.odometry.deskew_detection`.
 
-    All others are deskewed by the motion since the last sweep's stamp, for the share of that time
-    that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
-    a turn, and one that looks into the open sees nothing in range for a part of it. The motion,
-    which the registration begins with as well, is that of the last two sweeps, turned as a
-    gyroscope says, or as the walls of the last sweeps say where that is more likely: see
-    :mod:`fpnet_core.odometry.yaw_search`. Where scans bring poses of another odometry, it is that
-    one's.
+    Sweeps with times are deskewed by the motion since the last stamp. A point's share of that
+    motion is its time before the end over the period between stamps, not over the duration of the
+    sweep: a 270 degree scanner measures during three quarters of a turn, and in the open a part
+    of the turn has no returns. The motion is also the initial guess of the registration: that of
+    the last two sweeps, with the rotation of a gyroscope, or of the search in the walls of the
+    last sweeps if that is more likely, see :mod:`fpnet_core.odometry.yaw_search`. If scans have
+    poses of another odometry, its motion is used.
 
-    A refused sweep leaves the state as it was.
+    A refused sweep leaves the state unchanged.
     """
 
     def __init__(
         self, config: OdometryConfig, on_restart: Callable[[float], None] = _warn
     ) -> None:
         self._config, self._on_restart = config, on_restart
-        voxel_means(np.zeros((1, 3)), 1.0)  # compiled before the first sweep waits for it
+        voxel_means(np.zeros((1, 3)), 1.0)  # compile now, not at the first sweep
         self.reset()
 
     def reset(self, T_odom_sensor: Array | None = None) -> None:
-        """Forget the map and start again, in a new frame unless told where the sensor is."""
+        """Clear the map and restart, at ``T_odom_sensor`` or, if None, in a new frame."""
         self._kiss: KissICP | None = None
-        self._first: Scan | None = None  # until the second one tells how the sensor moved
+        self._first: Scan | None = None  # kept until the second one gives the sensor's motion
         self._first_motion = np.eye(4)
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._turning = DeskewDetector(is_decided=not self._config.deskew)
@@ -97,10 +96,10 @@ class KissOdometry:
         self._period_ns = 0
         self._T_guess_last: Array | None = None
         self._R_gyro_last: Array | None = None
-        self._told: Array | None = None
-        self._turned: Array | None = None
+        self._odom_motion: Array | None = None
+        self._gyro_rotation: Array | None = None
         self._search = YawSearch()
-        self._T_start_end: Array | None = None  # of the last sweep, where the walls have told it
+        self._T_start_end: Array | None = None  # of the last sweep, if found by the yaw search
 
     @property
     def pose(self) -> Array:
@@ -119,8 +118,8 @@ class KissOdometry:
             return np.zeros((0, 3))
         return np.asarray(self._kiss.local_map.point_cloud(), dtype=np.float64).reshape(-1, 3)
 
-    def _started(self, first: Array, T_base_sensor: Array | None) -> KissICP:
-        """Return an empty odometry for the kind of scanner that saw ``first (P, 3)``."""
+    def _new_kiss(self, first: Array, T_base_sensor: Array | None) -> KissICP:
+        """Return an empty odometry for the scanner type of the first sweep ``(P, 3)``."""
         config = self._config
         self._is_planar = float(np.ptp(first[:, 2])) < _FLAT_M
         voxel_size = config.planar_voxel_size if self._is_planar else config.voxel_size
@@ -141,17 +140,17 @@ class KissOdometry:
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
         """
-        Return where a scan was taken, and its points without the motion during it.
+        Register a scan and return its pose and deskewed points.
 
-        Points that are not finite or out of range are left out, and so are viewpoints of sensors
-        that are not planar. A pose that the scan brings, of another odometry in any frame that
-        stays, is the guess. Its place on the robot counts where it is the first. Where the clock
-        went back the odometry begins anew.
+        Points that are not finite or out of range are dropped, and so are viewpoints of sensors
+        that are not planar. A pose of the scan, from another odometry in any fixed frame, is used
+        as initial guess. ``T_base_sensor`` is only used of the first scan. If the clock went back,
+        the odometry restarts.
 
         Raises
         ------
         OdometryError
-            If the scan is no newer than the last one.
+            If the scan is not newer than the last one.
         CloudFormatError
             If shapes disagree or fewer than ``MIN_POINTS`` points are in range.
         """
@@ -164,16 +163,16 @@ class KissOdometry:
         registered = self._registered(scan)
         if first is None:
             return registered
-        self._begin_again(first)
+        self._redo_first(first)
         return self._registered(scan)
 
-    def _begin_again(self, first: Scan) -> None:
+    def _redo_first(self, first: Scan) -> None:
         """
-        Take the first sweep once more, without its motion, which the second one has told.
+        Register the first sweep again, deskewed by the motion that the second one has given.
 
-        Nobody knew it when that sweep made the map. In the mean its points were seen a share of
-        a period before its end, which is where the map has them seen from: of an even motion the
-        second sweep tells that share too much.
+        The motion was unknown when the first sweep made the map. Its points were measured on
+        average a share ``late`` of a period before its end, so that the map shows them from there:
+        at constant speed the measured motion is too large by that share, which is corrected here.
         """
         assert self._kiss is not None
         assert first.time_s is not None
@@ -193,7 +192,7 @@ class KissOdometry:
         usable = self._in_range(sweep)
         times = self._usable_times(scan.time_s, len(sweep))
         if self._kiss is None:
-            self._kiss = self._started(sweep[usable], scan.T_base_sensor)
+            self._kiss = self._new_kiss(sweep[usable], scan.T_base_sensor)
             self._first = scan if len(times) and self._config.deskew else None
         last_ns, self._last_ns = self._last_ns, scan.stamp_ns
         self._period_ns = 0 if last_ns is None else scan.stamp_ns - last_ns
@@ -210,26 +209,26 @@ class KissOdometry:
         return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
 
     def _note_guess(self, T_guess_sensor: Array | None, R_gyro_sensor: Array | None) -> None:
-        """Note the motion since the last sweep by another odometry, and by a gyroscope."""
+        """Store the motion since the last sweep from another odometry and from a gyroscope."""
         T_last, self._T_guess_last = self._T_guess_last, T_guess_sensor
         R_last, self._R_gyro_last = self._R_gyro_last, R_gyro_sensor
-        self._told = self._turned = None
+        self._odom_motion = self._gyro_rotation = None
         if T_last is not None and T_guess_sensor is not None:
-            self._told = np.linalg.inv(T_last) @ T_guess_sensor
+            self._odom_motion = np.linalg.inv(T_last) @ T_guess_sensor
         if R_last is not None and R_gyro_sensor is not None:
-            self._turned = R_last.T @ R_gyro_sensor
+            self._gyro_rotation = R_last.T @ R_gyro_sensor
 
-    def _best(self, kiss: KissICP, sweep: Array, share: Array, instant: float = _END) -> Guess:
-        """Return where and how the sensor moved; ``share (P,)`` in periods to its instant."""
-        if self._told is not None:
+    def _guess(self, kiss: KissICP, sweep: Array, share: Array, instant: float = _END) -> Guess:
+        """Return the best initial guess; ``share (P,)`` in periods relative to the pose's time."""
+        if self._odom_motion is not None:
             self._T_start_end = None
-            return Guess.moved(kiss.last_pose, self._told)
+            return Guess.moved(kiss.last_pose, self._odom_motion)
         motion, by_gyro = kiss.last_delta.copy(), None
         if self._T_start_end is not None:
             motion[:3, :3] = self._T_start_end[:3, :3]
         guess = Guess.moved(kiss.last_pose, motion)
-        if self._turned is not None:
-            motion[:3, :3] = self._turned
+        if self._gyro_rotation is not None:
+            motion[:3, :3] = self._gyro_rotation
             by_gyro = Guess.moved(kiss.last_pose, motion)
         is_wall = upright(placed(sweep, guess.T_odom_sensor)) | self._is_planar
         share = share[is_wall] if len(share) else share
@@ -238,7 +237,7 @@ class KissOdometry:
         return best
 
     def _share_of_period(self, times: Array) -> Array:
-        """Return when points were seen, from the sweep's end back, by the time of a motion."""
+        """Return times of points relative to the sweep's end, in periods (<= 0)."""
         if not len(times) or not self._config.deskew:
             return np.zeros(0)
         period_s = self._period_ns / NS_PER_S or float(np.ptp(times))
@@ -246,23 +245,23 @@ class KissOdometry:
         return share
 
     def _register_timed(self, kiss: KissICP, sweep: Array, share: Array) -> Array:
-        """Register a sweep with times, and return its points as seen from its end."""
-        best = self._best(kiss, sweep, share)
+        """Register a sweep with times; return its points deskewed to its end."""
+        best = self._guess(kiss, sweep, share)
         points = deskewed(kiss, sweep, share, best.T_start_end) if len(share) else sweep
-        self._take(kiss, register_sweep(kiss, points, best.T_odom_sensor))
+        self._add_walls(kiss, register_sweep(kiss, points, best.T_odom_sensor))
         return points
 
     def _register_untimed(self, kiss: KissICP, sweep: Array, usable: NDArray[np.bool_]) -> Array:
-        """Register a sweep without times as of its middle, and return its points in range."""
+        """Register a sweep without times at its middle; return its points in range."""
         turning, shares = self._turning, None
         if turning.part or not turning.is_decided:
-            shares = turn_shares(sweep)  # of all points: where it begins is no matter of range
+            shares = turn_shares(sweep)  # of all points: the start must not depend on the range
         sweep = sweep[usable]
         shares = _AT_ONCE if shares is None else shares[usable] - 0.5
-        bent = turning.part * shares if turning.part else _AT_ONCE
-        best = self._best(kiss, sweep, bent, _MIDDLE)
-        points = carried(sweep, best.T_start_end, bent) if len(bent) else sweep
-        self._take(kiss, register_sweep(kiss, points, best.T_odom_sensor))
+        skewed_shares = turning.part * shares if turning.part else _AT_ONCE
+        best = self._guess(kiss, sweep, skewed_shares, _MIDDLE)
+        points = carried(sweep, best.T_start_end, skewed_shares) if len(skewed_shares) else sweep
+        self._add_walls(kiss, register_sweep(kiss, points, best.T_odom_sensor))
         if len(shares) and not turning.is_decided:
             turning.look(sweep, shares, kiss.last_pose, kiss.last_delta)
         return points
@@ -274,20 +273,20 @@ class KissOdometry:
         share: Array,
         viewpoints: NDArray[np.floating] | None,
     ) -> RegisteredSweep:
-        best = self._best(kiss, sweep, share)
+        best = self._guess(kiss, sweep, share)
         if len(share):
             sweep = carried(sweep, best.T_start_end, share)
             if viewpoints is not None:
                 viewpoints = carried(viewpoints, best.T_start_end, share)
-        self._take(kiss, register_planar(kiss, sweep, best.T_odom_sensor))
+        self._add_walls(kiss, register_planar(kiss, sweep, best.T_odom_sensor))
         return RegisteredSweep(
             sweep.astype(np.float32),
             kiss.last_pose.copy(),
             None if viewpoints is None else viewpoints.astype(np.float32),
         )
 
-    def _take(self, kiss: KissICP, walls: Array) -> None:
-        """Take walls of a registered sweep ``(P, 3)``, sensor frame [m], for the next ones."""
+    def _add_walls(self, kiss: KissICP, walls: Array) -> None:
+        """Add the walls of a registered sweep ``(P, 3)``, sensor frame [m], to the yaw search."""
         self._search.note(placed(walls, kiss.last_pose))
 
     def _in_range(self, points: Array) -> NDArray[np.bool_]:
@@ -306,12 +305,12 @@ class KissOdometry:
 
     @staticmethod
     def _usable_times(time_s: Array | None, count: int) -> Array:
-        """Return the times of the points, or none at all if they cannot deskew."""
+        """Return the times of the points, or an empty array if they cannot be used to deskew."""
         none = np.zeros(0)
         if time_s is None:
             return none
         times: Array = np.asarray(time_s, dtype=np.float64)
         if times.shape != (count,):
             raise CloudFormatError(f'sweep: {count} points but times {times.shape}')
-        # KISS-ICP scales times to [0, 1]: without a spread it would abort the process.
+        # KISS-ICP scales times to [0, 1]; equal times would abort the process.
         return times if np.isfinite(times).all() and np.ptp(times) > 0.0 else none

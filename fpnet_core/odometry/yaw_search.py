@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How a sensor turned during a sweep, by a search over heading and turn rate.
+Search over heading and turn rate of a sweep, for the initial guess of the registration.
 
-Registration begins where the last motion leads to. A person with a lidar in the hand changes the
-turn rate by a hundred degrees a second from one sweep to the next: the guess is ten degrees off,
-the sweep is deskewed by a wrong motion, and the map takes it so. The likelihood field (Thrun et
-al., Probabilistic Robotics, 6.4) of the walls that the last sweeps saw tells both at once: heading
-and turn rate are those with which a deskewed sweep lies on them.
+Registration starts from a constant motion. A handheld lidar can change its turn rate by a hundred
+degrees per second from one sweep to the next: the guess is off by ten degrees, the sweep is
+deskewed with the wrong motion, and the map receives it like that. The search finds the heading
+and turn rate for which the deskewed sweep fits best in the likelihood field (Thrun et al.,
+Probabilistic Robotics, 6.4) of the walls of the last sweeps.
 """
 
 from __future__ import annotations
@@ -30,59 +30,59 @@ _log = logging.getLogger(__name__)
 
 _REJECTED = (
     logging.WARNING,
-    'the turns of the gyroscope do not fit the scans and are ignored until they do: are its rates '
-    'in rad/s, and is its orientation on /tf_static right?',
+    'the rotation of the gyroscope does not fit the scans and is ignored until it does: are its '
+    'rates in rad/s, and is its orientation on /tf_static right?',
 )
-_ACCEPTED = logging.INFO, 'the turns of the gyroscope fit the scans and are used from now on'
+_ACCEPTED = logging.INFO, 'the rotation of the gyroscope fits the scans and is used from now on'
 
 _CELL_M, _HALF = 0.1, 160  # numerical: of the likelihood field, 16 m to each side
 _SIGMA_M = 0.15
-"""Standard deviation of returns around the walls of a few sweeps [m]. Chosen: noise and drift."""
+"""Standard deviation of returns from the walls of recent sweeps [m]. Chosen: noise and drift."""
 
 _SWEEPS = 5
-"""Sweeps whose walls make the field. Chosen: half a second."""
+"""Sweeps whose walls form the field. Chosen: half a second."""
 
 _RETURNS, _FEWEST = 400, 50
-"""Returns that are laid on the field, at most and at least. Chosen: for 5 ms of a core."""
+"""Largest and smallest number of returns that are matched. Chosen: for 5 ms of a core."""
 
 _OFF_RAD, _CHANGE_RAD = math.radians(1.0), math.radians(8.0)
 """
-Prior of the heading where a sweep begins, and of the turn rate's change in a period [rad]: one
-standard deviation costs ``_PRIOR`` of the mean likelihood. Chosen on simulated walks.
+Prior standard deviations of the heading at the start of a sweep, and of the turn rate's change in
+a period [rad]: one of them costs ``_PRIOR`` of the mean likelihood. Chosen on simulated walks.
 """
 
 _PRIOR = 0.005
 _GAIN = 0.01
-"""By less of the mean likelihood no guess is left. Chosen: below it a robot's are as good."""
+"""Least gain of the mean likelihood to replace a guess. Chosen: less does not help robots."""
 
 _MISFIT, _NEWEST = 0.05, 0.05
 """
-So much more likely is the best turn than that of a gyroscope that is wrong: in one sweep, and in
-the mean over sweeps, of which the newest has this weight. Chosen on simulated walks, where it is
+Misfit of a wrong gyroscope: the mean likelihood that its rotation loses against the best one, in a
+sweep; and weight of the newest sweep in the mean. Chosen on simulated walks, where the misfit is
 0.005 in nine of ten sweeps and 0.02 in the mean at most, and 0.06 with rates a half too small.
 """
 
 _PROVEN, _BROKEN = 0.03, 0.1
 """
-Means below and above which a gyroscope is accepted, and rejected. Chosen: from ``_MISFIT``, where
-it begins, both take some ten sweeps that tell.
+Mean misfits below and above which a gyroscope is accepted and rejected. Chosen: starting from
+``_MISFIT``, both take about ten informative sweeps.
 """
 
-# Numerical: steps of the search [rad], each over so many of them to either side in heading and in
-# turn rate, around the best before.
+# Numerical: stages of the search around the best candidate so far: step [rad], and number of steps
+# to both sides in heading and in turn rate.
 _GRIDS = ((math.radians(3.0), 5, 10), (math.radians(1.0), 2, 3), (math.radians(0.4), 2, 3))
 
-_TOLD_RAD = math.radians(3.0)
-"""A gyroscope's turn that is so far from the guess tells whether it works [rad]. Chosen."""
+_INFORMATIVE_RAD = math.radians(3.0)
+"""Difference of gyroscope and guess at which a sweep has full weight [rad]. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class Guess:
     """
-    Where a sensor may be at the stamp of a sweep, and how it moved.
+    Candidate pose of a sensor at the stamp of a sweep, with its motion.
 
-    ``T_odom_sensor (4, 4)`` is its pose, ``T_start_end (4, 4)`` the motion during one period that
-    deskews the sweep.
+    ``T_odom_sensor (4, 4)`` is the pose, ``T_start_end (4, 4)`` the motion during one period, to
+    deskew the sweep.
     """
 
     T_odom_sensor: Array
@@ -90,52 +90,52 @@ class Guess:
 
     @classmethod
     def of(cls, T_odom_sensor: Array, motion: Array) -> Guess:
-        """Return a guess; KISS-ICP ends the process at a rotation that rounding has bent."""
+        """Return a guess with a re-orthonormalized rotation, else KISS-ICP may abort."""
         motion = motion.copy()
         motion[:3, :3] = Rotation.from_matrix(motion[:3, :3]).as_matrix()
         return cls(T_odom_sensor, motion)
 
     @classmethod
     def moved(cls, T_last: Array, motion: Array) -> Guess:
-        """Return where a motion ``(4, 4)`` leads to from the last pose."""
+        """Return the guess that a motion ``(4, 4)`` from the last pose gives."""
         return cls.of(T_last @ motion, motion)
 
     def apart_rad(self, other: Guess) -> float:
-        """Return the angle between the turns of two guesses [rad]."""
+        """Return the angle between the rotations of two guesses [rad]."""
         turn = self.T_start_end[:3, :3].T @ other.T_start_end[:3, :3]
         return float(Rotation.from_matrix(turn).magnitude())
 
 
 class YawSearch:
-    """Finds heading and turn rate of each sweep among the walls of the last ones."""
+    """Finds heading and turn rate of each sweep by matching the walls of the last ones."""
 
     def __init__(self) -> None:
         self._walls: deque[Array] = deque(maxlen=_SWEEPS)
-        self._misfit = _MISFIT  # likelihood that the gyroscope's turns lack, in the mean
-        self._is_accepted: bool | None = None  # nobody knows yet
+        self._misfit = _MISFIT  # mean loss of likelihood with the gyroscope's rotation
+        self._is_accepted: bool | None = None  # undecided
 
     def note(self, walls: Array) -> None:
-        """Take what a registered sweep saw of walls ``(P, 3)``, odometry frame [m]."""
+        """Add the walls of a registered sweep ``(P, 3)``, odometry frame [m]."""
         self._walls.append(walls)
 
     def best(
         self, guess: Guess, by_gyro: Guess | None, walls: Array, share: Array, stamp_share: float
     ) -> tuple[Guess, bool]:
         """
-        Return the most likely guess, and whether the walls have told it.
+        Return the most likely guess, and whether the search has found it.
 
         Parameters
         ----------
         guess
-            From which the search begins, and which stays where the walls tell nothing.
+            Start of the search, returned if the walls give no better one.
         by_gyro
-            Another one, which is used unless it does not fit the walls.
+            Guess with the gyroscope's rotation; preferred unless it does not fit the walls.
         walls : (P, 3)
-            Upright returns of the sweep as they came, sensor frame [m].
+            Upright raw returns of the sweep, sensor frame [m].
         share : (P,)
-            When they were seen, in periods from the stamp; empty: all at the stamp.
+            Times of the returns relative to the stamp, in periods; empty: all at the stamp.
         stamp_share
-            From the middle of the sweep to its stamp, in periods.
+            Time from the middle of the sweep to its stamp, in periods.
         """
         every = max(1, len(walls) // _RETURNS)
         walls, share = walls[::every], share[::every]
@@ -143,17 +143,17 @@ class YawSearch:
             return guess if by_gyro is None or not self._is_accepted else by_gyro, False
         centre = guess.T_odom_sensor[:2, 3]
         field = _likelihood_field(np.vstack(self._walls)[:, :2] - centre)
-        laid = _Laid.of(guess, walls, share, stamp_share, centre)
-        best, begun = np.zeros(2), float(laid.likelihood(field, np.zeros((1, 2)))[0])
+        projection = _Projection.of(guess, walls, share, stamp_share, centre)
+        best, begun = np.zeros(2), float(projection.likelihood(field, np.zeros((1, 2)))[0])
         most = begun
         for step, headings, rates in _GRIDS:
             tried = best + step * _grid(headings, rates if len(share) else None)
-            found = laid.likelihood(field, tried)
+            found = projection.likelihood(field, tried)
             if found.max() > most:
                 best, most = tried[int(found.argmax())], float(found.max())
         if by_gyro is not None:
-            laid = _Laid.of(by_gyro, walls, share, stamp_share, centre)
-            misfit = most - float(laid.likelihood(field, np.zeros((1, 2)))[0])
+            projection = _Projection.of(by_gyro, walls, share, stamp_share, centre)
+            misfit = most - float(projection.likelihood(field, np.zeros((1, 2)))[0])
             if self._accepts(misfit, guess.apart_rad(by_gyro)):
                 return by_gyro, False
         if most - begun < _GAIN:
@@ -162,11 +162,11 @@ class YawSearch:
 
     def _accepts(self, misfit: float, apart_rad: float) -> bool:
         """
-        Tell whether the gyroscope's turn is used, given its misfit to the walls.
+        Update the gyroscope's mean misfit and return whether its rotation is used.
 
-        Where it equals that of the guess, the misfit tells nothing about the gyroscope.
+        The misfit is only informative if the gyroscope's rotation differs from the guess.
         """
-        weight = _NEWEST * min(1.0, apart_rad / _TOLD_RAD)
+        weight = _NEWEST * min(1.0, apart_rad / _INFORMATIVE_RAD)
         self._misfit += weight * (misfit - self._misfit)
         was_accepted = self._is_accepted
         if self._misfit < _PROVEN or self._misfit > _BROKEN:
@@ -177,13 +177,13 @@ class YawSearch:
 
 
 @dataclass(frozen=True, eq=False)
-class _Laid:
+class _Projection:
     """
-    A sweep where a guess lays it, in the plane.
+    A sweep projected to the plane at a guess.
 
-    ``arm (P, 2)`` is from the sensor to the returns and ``origin (2,)`` the sensor, both in axes
-    of the odometry frame [m]; ``time (P,)`` is in periods from the sweep's middle, and ``since``
-    those from the last pose to there.
+    ``arm (P, 2)`` are vectors from the sensor to the returns and ``origin (2,)`` is the sensor,
+    both in axes of the odometry frame [m]. ``time (P,)`` is relative to the sweep's middle, and
+    ``since`` the time from the last pose to the middle, both in periods.
     """
 
     arm: NDArray[np.float32]
@@ -194,19 +194,19 @@ class _Laid:
     @classmethod
     def of(
         cls, guess: Guess, walls: Array, share: Array, stamp_share: float, centre: Array
-    ) -> _Laid:
+    ) -> _Projection:
         T = guess.T_odom_sensor
-        still = carried(walls, guess.T_start_end, share) if len(share) else walls
+        deskewed = carried(walls, guess.T_start_end, share) if len(share) else walls
         time = share + stamp_share if len(share) else np.zeros(len(walls))
-        arm = (still @ T[:3, :3].T)[:, :2]
+        arm = (deskewed @ T[:3, :3].T)[:, :2]
         since = 1.0 - stamp_share if len(share) else 1.0
         return cls(arm.astype(np.float32), T[:2, 3] - centre, time.astype(np.float32), since)
 
     def likelihood(self, field: NDArray[np.float32], tried: Array) -> Array:
         """
-        Return the mean likelihood ``(N,)`` of changes ``tried (N, 2)``, less their prior.
+        Return the mean likelihood ``(N,)`` minus prior cost of changes ``tried (N, 2)``.
 
-        Of the heading in the sweep's middle [rad] and of the turn rate [rad/period].
+        The changes are of the heading in the sweep's middle [rad] and the turn rate [rad/period].
         """
         heading, rate = tried.T
         angle = (heading[:, None] + rate[:, None] * self.time).astype(np.float32)
@@ -220,7 +220,7 @@ class _Laid:
 
 
 def _likelihood_field(walls: Array) -> NDArray[np.float32]:
-    """Return how likely a return is in each cell around the origin, for walls ``(P, 2)`` [m]."""
+    """Return the likelihood field around the origin for walls ``(P, 2)`` [m]."""
     is_inside = (np.abs(walls) < _HALF * _CELL_M).all(axis=1)
     raster = np.full((2 * _HALF, 2 * _HALF), 1, dtype=np.uint8)
     raster[_cells(walls[is_inside, 1]), _cells(walls[is_inside, 0])] = 0
@@ -230,13 +230,13 @@ def _likelihood_field(walls: Array) -> NDArray[np.float32]:
 
 
 def _cells(metres: NDArray[np.floating]) -> NDArray[np.int32]:
-    """Return rows or columns of the field; those outside are at its edge."""
+    """Return rows or columns of the field, clipped to its edge."""
     cells: NDArray[np.int32] = np.floor(metres / _CELL_M).astype(np.int32) + _HALF
     return np.clip(cells, 0, 2 * _HALF - 1)
 
 
 def _grid(headings: int, rates: int | None) -> Array:
-    """Return pairs ``(N, 2)`` of whole numbers to both sides of 0: all, or equal ones for None."""
+    """Return integer pairs ``(N, 2)`` around 0: all, or if ``rates`` is None equal pairs."""
     if rates is None:
         return np.repeat(np.arange(-headings, headings + 1.0), 2).reshape(-1, 2)
     heading, rate = np.mgrid[-headings : headings + 1, -rates : rates + 1]
@@ -244,7 +244,7 @@ def _grid(headings: int, rates: int | None) -> Array:
 
 
 def _turned(guess: Guess, heading: float, rate: float) -> Guess:
-    """Return a guess with another heading at the stamp and turn rate, about the odometry's z."""
+    """Rotate a guess about the odometry's z: heading at the stamp, and turn rate."""
     T, motion = guess.T_odom_sensor.copy(), guess.T_start_end.copy()
     R = guess.T_odom_sensor[:3, :3]
     T[:3, :3] = _about_z(heading) @ R

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From region matches to verified transforms: propose, reject early, refine, verify."""
+"""From region matches to verified placements: propose, reject early, refine, verify."""
 
 from fpnet_core.pose.estimate import (
     aligned_placements,

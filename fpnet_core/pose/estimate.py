@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From candidates to a short ranked list of distinct, refined, verified placements."""
+"""Selection of a short ranked list of distinct, refined, verified placements."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from fpnet_core.pose.refine import FINE, NEAR, AlignmentPrior, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, WALL_SIGMA_M, agreement, coarse_support
 
 MAX_REFINED = 48
-"""Candidates that are refined and verified; numerical: more changed no answer."""
+"""Candidates that are refined and verified; numerical: a larger number changed no result."""
 
 MAX_ESTIMATES = 16
-"""Distinct placements that are judged and reported; the judge was trained with so many. Chosen."""
+"""Distinct placements that are scored and reported; as in the scorer's training. Chosen."""
 
 DISTINCT_M = 2.0
-"""Placements nearer than this are the same one: about half a small room. Chosen."""
+"""Placements closer than this are the same one: about half a small room. Chosen."""
 
 _STAGES = ((60, 25), (250, 20))
 """
-Numerical: wall and free samples by which a candidate is scored, and how many per refined one are
-kept by it.
+Numerical: per stage, samples of walls and of free space used to score a candidate, and candidates
+kept per refined one.
 """
 
-_LOOK_POINTS = 1500
-"""Numerical: samples of each kind of which the roughly aligned are scored; few maps have more."""
+_ROUGH_POINTS = 1500
+"""Numerical: samples of each kind that score roughly aligned candidates; few maps have more."""
 
 _SAME_SCALE = 0.3
-"""Scales this near, in their logarithm, are one; numerical: some seven between two unsure maps."""
+"""Log scales this close count as one; numerical: about seven between two uncertain maps."""
 
 _SAME_BASIN_M = 0.3
-"""Roughly refined candidates nearer than this end at the same place. Chosen."""
+"""Roughly refined candidates closer than this converge to the same placement. Chosen."""
 
-_SURROUNDINGS_M = 5.0
-"""Placements are told apart by where they put what is so far from the robot. Chosen."""
+_COMPARED_M = 5.0
+"""Half the edge of the square around the robot on which placements are compared. Chosen."""
 
 
 def select_promising(plan: MapEvidence, sub: MapEvidence, candidates: Placements) -> Placements:
     """
-    Return the best distinct candidates by the cheap score, at most ``MAX_REFINED``.
+    Return the best distinct candidates by a cheap score, at most ``MAX_REFINED``.
 
-    A glance at few samples drops most of the thousands before the others are looked at well.
+    A first stage with few samples rejects most of the thousands of candidates.
     """
     ranked = candidates
     for points, kept in _STAGES:
@@ -58,15 +58,15 @@ def select_promising(plan: MapEvidence, sub: MapEvidence, candidates: Placements
 
 def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArray[np.float64]:
     """
-    Return the points (4, 2) of the submap by which placements are told apart.
+    Return the points (4, 2) of the submap at which placements are compared.
 
-    They lie around the robot where it is known, ``(2,)``: two placements that agree on it and
-    differ in how far they stretch the other end of the building say the same of the robot.
+    They lie around the robot where its position ``(2,)`` is known: placements that agree there
+    and stretch the far end of the building differently give the same pose.
     Without a robot they are the corners of the map.
     """
     if robot_xy is None:
         return sub.corners
-    return box_corners(robot_xy - _SURROUNDINGS_M, robot_xy + _SURROUNDINGS_M)
+    return box_corners(robot_xy - _COMPARED_M, robot_xy + _COMPARED_M)
 
 
 def aligned_placements(
@@ -77,18 +77,18 @@ def aligned_placements(
     robot_xy: NDArray[np.float64] | None = None,
 ) -> Placements:
     """
-    Align candidates of any scales with the walls and score them; the best distinct ones first.
+    Align candidates of any scales with the walls and score them; return the best distinct ones.
 
-    Agreement is a share, and a map that is shrunk to half finds a place for each of its walls more
-    easily: it covers half as many metres of the plan. What that is worth is for the placement
-    scorer to say; here scales take turns, so that each brings its best placements before it.
+    Agreement is a share, and a map shrunk to half size finds a match for each wall more easily,
+    because it covers half as many metres of the plan. The placement scorer weighs this; here
+    scales take turns, so that the best placements of each scale reach it.
 
     Parameters
     ----------
-    plan, sub : evidence of both sides
+    plan, sub : evidence of both maps
     candidates : some hundreds at most
-    freedom : how far the drawing may be stretched
-    robot_xy : (2,) where the robot is in the submap, None without one
+    alignment_prior : prior on the stretch of the drawing
+    robot_xy : (2,) position of the robot in the submap; None without one
 
     Returns
     -------
@@ -97,9 +97,9 @@ def aligned_placements(
     """
     places = compared_at(sub, robot_xy)
     near = refine(plan, sub.walls, candidates, alignment_prior, NEAR)
-    near = _best(_scored(plan, sub, near, _LOOK_POINTS), places, _SAME_BASIN_M, 2 * MAX_ESTIMATES)
+    near = _best(_scored(plan, sub, near, _ROUGH_POINTS), places, _SAME_BASIN_M, 2 * MAX_ESTIMATES)
     fine = refine(plan, sub.walls, near, alignment_prior, FINE)
-    # Where the map has little to hold on to, the last step may lead away.
+    # On a map with few walls the last step may diverge, so its input stays a candidate.
     return _best(_scored(plan, sub, fine.joined(near)), places, DISTINCT_M, MAX_ESTIMATES)
 
 
@@ -112,16 +112,16 @@ def _scored(
 def _best(
     placed: Placements, places: NDArray[np.float64], distance_m: float, limit: int
 ) -> Placements:
-    """Return the best distinct ones of scored placements, scales taking turns."""
+    """Return the best distinct of the scored placements, scales taking turns."""
     ranked = placed.take(in_turn(placed.scale, placed.score))
     return ranked.take(ranked.distinct(places, distance_m, limit))
 
 
 def in_turn(scale: NDArray[np.float64], worth: NDArray[np.float64]) -> NDArray[np.int64]:
     """
-    Return the order ``(C,)`` in which scales take turns, each with the best that it still has.
+    Return the order ``(C,)`` in which scales take turns, each with its best remaining entry.
 
-    ``scale`` and ``worth`` are ``(C,)``; a worth is compared with those of its own scale only.
+    ``scale`` and ``worth`` are ``(C,)``; worths are compared within the same scale only.
     """
     group = np.round(np.log(scale) / _SAME_SCALE)
     best_first = np.lexsort((-worth, group))

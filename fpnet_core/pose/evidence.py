@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a raster says about where walls are and where one can walk, made for fast comparison.
+Walls and free space of a raster, prepared for fast comparison.
 
-Plan and submap become the same kind of value, so that a candidate transform can be tested in
-both directions: the robot's walls on the drawing's, and the drawing's walls on what the robot
-saw (see :mod:`fpnet_core.pose.verify`).
+Plan and submap use the same type, so that a candidate transform can be tested in both
+directions: the robot's walls on the plan, and the plan's walls in the area that the robot
+observed (see :mod:`fpnet_core.pose.verify`).
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
 Made = TypeVar('Made')
 
 WALL_REACH_M = 0.15
-"""A wall that was seen has free space in front of it within a few cells. Chosen."""
+"""An observed wall has free space in front of it within a few cells. Chosen."""
 
 _DISTANCE_CAP_M = 3.0  # numerical
 _FIELD_CELL_M = 0.1  # numerical
 _WALL_SPACING_M = 0.15  # numerical
 _FREE_SPACING_M = 0.4  # numerical
 # Chosen, not measured:
-_STRAIGHT_SIGMA_M = 0.2  # walls count as one where they are drawn or seen so far apart
-_STRAIGHT_WINDOW_M = 0.4  # over which walls must run straight
-_STRONG = 0.2  # share of the greatest gradient from which one tells a wall's direction
+_STRAIGHT_SIGMA_M = 0.2  # width of a wall's likelihood: tolerance of drawing and observation
+_STRAIGHT_WINDOW_M = 0.4  # window in which a wall must be straight
+_STRONG = 0.2  # share of the largest gradient from which a wall's direction is reliable
 _FLAT = 1e-6  # numerical: squared gradient below which there is no wall
 
 
@@ -50,7 +50,7 @@ class MapEvidence:
     ``walls (Pw, 2)`` and ``free (Pf, 2)`` are thinned samples [m] in the map's frame.
     ``wall_distance``, ``outside_depth`` and ``observed`` share one raster ``(H, W)`` of edge
     ``cell_m``: distance to the nearest wall [m, capped], distance to the nearest free cell
-    [m, capped, 0 inside], and True where the map knows anything. ``is_free`` is the map's own
+    [m, capped, 0 inside], and True where the map is known. ``is_free`` is the map's own
     raster, cells of ``resolution_m``. ``A_rc_xy (2, 3)`` maps metres to fractional (row, col).
     ``orientation`` is the dominant wall direction modulo 90 degrees [rad] and
     ``orientation_strength`` in [0, 1] how dominant it is.
@@ -69,17 +69,17 @@ class MapEvidence:
 
     @cached_property
     def outside_depth(self) -> NDArray[np.float32]:
-        """Only plans are asked for it, and submaps change with every tick."""
+        """Distance to the nearest free cell (H, W); lazy, as only plans need it."""
         step = round(self.cell_m / self.resolution_m)
         return distance_to(self.is_free, self.resolution_m, step)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """Corners (4, 2) of the box around the walls [m], around free space without walls."""
+        """Corners (4, 2) of the box around the walls [m], or around free space without walls."""
         points = self.walls if len(self.walls) else self.free
         if len(points) == 0:
             return np.zeros((4, 2))
-        # By columns: an axis of two is the innermost loop else.
+        # By columns: with rows, the axis of length two would be the innermost loop.
         x, y = points.T
         return box_corners(np.array([x.min(), y.min()]), np.array([x.max(), y.max()]))
 
@@ -93,7 +93,7 @@ class MapEvidence:
 
     @cached_property
     def straightness(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """:meth:`straightness_at` of all cells, ``(H, W)`` each: plans are asked for many."""
+        """:meth:`straightness_at` for all cells, ``(H, W)`` each; efficient for many lookups."""
         sigma = _STRAIGHT_WINDOW_M / self.cell_m
         gx, gy = self._gradient
         return _straightness(
@@ -107,7 +107,7 @@ class MapEvidence:
         self, cells: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """
-        How straight walls run around cells ``(P,)``, flat indices of the raster, and where to.
+        Return straightness and normal of the walls at cells ``(P,)``, flat indices of the raster.
 
         ``(P,)`` each: coherence in [0, 1] of the structure tensor of the walls' likelihood, and
         twice the direction of its normal in the raster's axes [rad].
@@ -121,7 +121,7 @@ class MapEvidence:
 
     @cached_property
     def _gradient(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Of the walls' likelihood along columns and rows, ``(H, W)`` each."""
+        """Gradient of the walls' likelihood along columns and rows, ``(H, W)`` each."""
         field = self.wall_likelihood(_STRAIGHT_SIGMA_M)
         gx, gy = cv2.Sobel(field, cv2.CV_32F, 1, 0), cv2.Sobel(field, cv2.CV_32F, 0, 1)
         return np.asarray(gx, np.float32), np.asarray(gy, np.float32)
@@ -131,7 +131,7 @@ class MapEvidence:
         return {}
 
     def kept(self, make: Callable[[MapEvidence], Made]) -> Made:
-        """Return what ``make`` makes of this map; made once, as long as the map lives."""
+        """Return ``make(self)``; computed once and cached for the lifetime of the map."""
         if make not in self._kept:
             self._kept[make] = make(self)
         found: Made = self._kept[make]
@@ -143,22 +143,22 @@ class MapEvidence:
 
     @property
     def wall_length_m(self) -> float:
-        """Length of all walls, as far as the thinned samples tell [m]."""
+        """Length of all walls, estimated from the thinned samples [m]."""
         return len(self.walls) * _WALL_SPACING_M
 
     def unseen_wall_m(self, seen_m2: float) -> float:
-        """Estimate the walls that are still to be seen, of whose floor so much has been [m]."""
+        """Estimate the length of walls not yet observed after ``seen_m2`` of floor [m]."""
         return self.wall_length_m * max(0.0, 1.0 - seen_m2 / max(self.free_area_m2, 1e-6))
 
     @property
     def free_area_m2(self) -> float:
-        """Free area, as far as the thinned samples tell [m^2]."""
+        """Free area, estimated from the thinned samples [m^2]."""
         return len(self.free) * _FREE_SPACING_M**2
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedMap:
-    """One map as regions, as a graph and as raster evidence."""
+    """One map as segmentation, region graph and raster evidence."""
 
     segmentation: Segmentation
     graph: RegionGraph
@@ -166,34 +166,34 @@ class PreparedMap:
 
     @cached_property
     def room_of_cell(self) -> NDArray[np.int32]:
-        """Room labels ``(H, W)`` on the raster of the evidence; 0 where there is no room."""
+        """Room labels ``(H, W)`` on the raster of the evidence; 0 outside rooms."""
         step = round(self.evidence.cell_m / self.evidence.resolution_m)
         labels = block_middles(self.segmentation.labels, step)
-        labels.setflags(write=False)  # as those of step 1 are: one kind for compiled functions
+        labels.setflags(write=False)  # as for step 1, so that compiled functions see one type
         return labels
 
     @cached_property
     def door_points(self) -> NDArray[np.float64]:
-        """Middles ``(D, 2)`` of the doors' opening lines [m], in the order of the portals."""
+        """Centres ``(D, 2)`` of the doors' opening lines [m], in the order of the portals."""
         ends = np.array([portal.ends for portal in self.segmentation.portals], dtype=np.float64)
         return np.asarray(ends.reshape(-1, 2, 2).mean(axis=1))
 
 
 def box_corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the corners (4, 2) of an upright box, given by two opposite ones (2,)."""
+    """Return the corners (4, 2) of an axis-aligned box, given by two opposite ones (2,)."""
     return np.array([low, high, [low[0], high[1]], [high[0], low[1]]])
 
 
 def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> MapEvidence:
     """
-    Return the evidence of ``grid``; a map without walls or free space gives empty samples.
+    Return the evidence of ``grid``; its samples are empty without walls or free space.
 
     Parameters
     ----------
     grid : the raster
     interior : (H, W) bool
-        Cells that count as free; None takes the grid's own free cells. A drawing on white
-        paper passes its rooms here, so that the paper around the building is not free space.
+        Cells that count as free; None: the grid's free cells. Pass the rooms of a drawing on
+        white paper here, so that the paper around the building is not free space.
     """
     free = (grid.cells == FREE) if interior is None else np.asarray(interior)
     near_free = grown(free, max(1, round(WALL_REACH_M / grid.resolution)))
@@ -226,10 +226,10 @@ def distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArra
 
 def dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
     """
-    Direction of most walls modulo 90 degrees in grid axes (x = column), and its strength.
+    Return the dominant wall direction modulo 90 degrees, grid axes (x = column), and its strength.
 
-    Image gradients of the blurred walls vote with four-fold symmetry: the mean of
-    ``exp(4 i angle)`` weighted by gradient magnitude. Its length is 1 for a building of one
+    Gradients of the blurred wall image vote with four-fold symmetry: mean of
+    ``exp(4 i angle)`` weighted by gradient magnitude. Its length is 1 for a building with a single
     right-angled direction and 0 for none.
     """
     if not walls.any():
@@ -251,8 +251,8 @@ def _fourth_powers(
     """
     Return the sums of ``|g| (g / |g|)^4``, real and imaginary part, and of ``|g|``.
 
-    ``g`` are the gradients ``gx + i gy``, ``(P,)`` each, of more than a share of the largest.
-    They are compared by their squares. OpenCV rounds these by where arrays lie in memory.
+    ``g`` are the gradients ``gx + i gy``, ``(P,)`` each, that exceed a share of the largest one.
+    Squares are compared; OpenCV's magnitudes are rounded depending on the arrays' alignment.
     """
     most = np.float32(0.0)
     for k in range(len(gx)):
@@ -275,7 +275,7 @@ def _fourth_powers(
 def _straightness(
     xx: NDArray[np.float32], yy: NDArray[np.float32], xy: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return coherence and doubled direction of structure tensors, given by their parts (...)."""
+    """Return coherence and doubled direction of structure tensors with components (...)."""
     spread = np.sqrt((xx - yy) ** 2 + 4.0 * xy**2)
     coherence = spread / (xx + yy + np.float32(_FLAT))
     return coherence, np.arctan2(2.0 * xy, xx - yy)
@@ -290,10 +290,10 @@ def _structure_at(
     col: NDArray[np.int64],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """
-    Return the structure tensor's xx, yy and xy ``(P,)`` at some cells.
+    Return the structure tensor's components xx, yy and xy ``(P,)`` at given cells.
 
-    ``gx`` and ``gy`` are the gradient with a margin of half of ``weight (K,)``, a Gaussian that
-    is moved over both axes. A blur of the whole raster would take four times as long.
+    ``gx`` and ``gy`` are the gradient, padded by half of ``weight (K,)``, a separable Gaussian
+    window. Blurring the whole raster would take four times as long.
     """
     xx, yy, xy = np.empty((3, len(row)), np.float32)
     for k in range(len(row)):

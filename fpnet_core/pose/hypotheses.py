@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Candidate transforms from soft region matches: the graph proposes.
+Candidate placements from soft region matches of the graphs.
 
-A door fixes a similarity up to scale and a half turn: its centre is where two rooms meet on
-both sides, however little of the rooms has been seen, and its opening line gives the direction.
-A room fixes it up to scale and quarter turns. Pairs are taken in the order of the matcher's
-probability until the budget is spent, so that a good matcher makes this fast and a poor one
-only slow.
+A door pair determines a similarity up to scale and a half turn: its centre lies where two rooms
+meet on both maps, even if little of the rooms was observed, and its opening line gives the
+direction. A room pair determines it up to scale and quarter turns. Pairs are used in order of the
+matcher's probability until the budget is spent, so a good matcher makes the search fast and a
+poor one only slows it down.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.types import RegionLabel, Segmentation
 
 # Chosen, not measured:
-_SNAP_RAD = np.deg2rad(15.0)  # a door's direction may be off by this and still be snapped
-_SNAP_STRENGTH = 0.35  # both maps must be this rectangular before yaw is snapped
+_SNAP_RAD = np.deg2rad(15.0)  # largest deviation of a door's direction that is snapped
+_SNAP_STRENGTH = 0.35  # orientation strength of both maps required to snap yaw
 
 
 @dataclass(frozen=True, eq=False)
 class _Anchors:
-    """Region pairs with a point on each side and a few admissible rotations."""
+    """Region pairs with a point in each map and the admissible rotations."""
 
     plan_xy: NDArray[np.float64]  # (K, 2)
     sub_xy: NDArray[np.float64]  # (K, 2)
@@ -45,12 +45,12 @@ def propose(
     max_pairs: int,
 ) -> Placements:
     """
-    Return door- and room-anchored candidates, at most ``6 * max_pairs * len(stretches)``.
+    Return candidates anchored at doors and rooms, at most ``6 * max_pairs * len(stretches)``.
 
     Parameters
     ----------
-    plan, sub : both segmentations; no regions on either side gives no candidates
-    probability : (M, N) soft assignment over all regions, columns as in ``sub.regions``
+    plan, sub : both segmentations; without regions in either there are no candidates
+    probability : (M, N) soft assignment of all regions, columns as in ``sub.regions``
     plan_evidence, sub_evidence : for the dominant wall directions
     stretches : (L, 2, 2) symmetric, plan metres per submap metre in the plan's axes, to try
     max_pairs : budget of region pairs of each kind, most probable first
@@ -62,7 +62,7 @@ def propose(
 
 
 def _rectangular_yaw(plan: MapEvidence, sub: MapEvidence) -> float | None:
-    """Rotation (mod 90 degrees) that aligns the wall directions; None if there is none."""
+    """Return the rotation (mod 90 degrees) that aligns the wall directions; None without one."""
     if min(plan.orientation_strength, sub.orientation_strength) < _SNAP_STRENGTH:
         return None
     return plan.orientation - sub.orientation
@@ -75,7 +75,7 @@ def _ranked_pairs(
     probability: NDArray[np.float32],
     max_pairs: int,
 ) -> NDArray[np.int64]:
-    """Region id pairs (K, 2) of one label, most probable first."""
+    """Return region id pairs (K, 2) of one label, most probable first."""
     plan_ids = np.array([r.id for r in plan.regions if r.label is label], dtype=np.int64)
     sub_ids = np.array([r.id for r in sub.regions if r.label is label], dtype=np.int64)
     if len(plan_ids) == 0 or len(sub_ids) == 0:
@@ -107,7 +107,7 @@ def _door_anchors(
 
 
 def _door_lines(segmentation: Segmentation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mid point (R, 2) and direction (R,) of each door's opening line, NaN for rooms."""
+    """Return centre (R, 2) and direction (R,) of each door's opening line, NaN for rooms."""
     mid = np.full((len(segmentation.regions), 2), np.nan)
     direction = np.full(len(segmentation.regions), np.nan)
     doors = [portal.door for portal in segmentation.portals]
@@ -119,7 +119,7 @@ def _door_lines(segmentation: Segmentation) -> tuple[NDArray[np.float64], NDArra
 
 
 def _snapped(yaw: NDArray[np.float64], grid_yaw: float) -> NDArray[np.float64]:
-    """Yaw moved to the nearest multiple of 90 degrees from ``grid_yaw`` where that is near."""
+    """Return yaw snapped to the nearest multiple of 90 degrees from ``grid_yaw`` if close."""
     quarter = np.pi / 2
     nearest = grid_yaw + quarter * np.round((yaw - grid_yaw) / quarter)
     return np.where(np.abs(nearest - yaw) < _SNAP_RAD, nearest, yaw)
@@ -148,7 +148,7 @@ def _room_anchors(
 
 
 def _principal_yaw(segmentation: Segmentation) -> NDArray[np.float64]:
-    """Direction (R,) of each region's longer side, from its vertices' second moments."""
+    """Return the direction (R,) of each region's longer side, by its vertices' second moments."""
     yaw = np.zeros(len(segmentation.regions))
     for region in segmentation.regions:
         centred = region.polygon - region.polygon.mean(axis=0)
@@ -158,7 +158,7 @@ def _principal_yaw(segmentation: Segmentation) -> NDArray[np.float64]:
 
 
 def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Placements:
-    """All stretches of all anchors; order: stretch outermost."""
+    """Return the placements of all anchors at all stretches; stretch is the outer loop."""
     linear = (stretches[:, None] @ rotation(anchors.yaw)).reshape(-1, 2, 2)
     plan_xy, sub_xy = (
         np.tile(anchors.plan_xy, (len(stretches), 1)),

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Candidate transforms from the rasters alone, where the graph has too little to go by.
+Candidate placements from the rasters alone, for maps with too few regions.
 
-The graph proposes, the raster verifies; but a map of one or two rooms, or one whose doors were
-not seen, has hardly a region to anchor a candidate on, and its scale is anybody's guess. Then
-the walls propose as well: few rotations, those that align the wall directions of both maps, the
-scales to try, and all translations of each at once by correlation on a coarse raster. A
-candidate is worth its walls on drawn walls less its free space outside or on walls; the best few
-of every rotation and scale go through the same verification as the graph's. It is a narrow
-correlative search: a few dozen rotations and scales instead of thousands.
+The region graph needs doors or rooms to anchor a candidate; a map of one or two rooms, or one
+whose doors were not observed, has hardly any, and its scale is uncertain. This module therefore
+correlates walls: for the few rotations that align the wall directions of both maps and the scales
+to try, all translations are scored at once on a coarse raster. The score is the share of walls on
+plan walls minus the share of free space outside or on walls. The best few of every rotation and
+scale go through the same verification as the graph's. This is a narrow correlative search, with a
+few dozen rotations and scales instead of thousands.
 """
 
 from __future__ import annotations
@@ -33,26 +33,26 @@ Image = NDArray[np.float32]
 
 _LONGER_SIDE = 128  # numerical: coarse pixels along the plan's longer side
 # Chosen, not measured:
-_MARGIN = 0.12  # share of the plan's size that a map may stick out on each side
-_WALL_SIGMA_M = 0.4  # walls count as near within about this
-_ON_WALL_COST = 0.7  # of free space on a wall
-_MAX_WALLS, _MAX_FREE = 1500, 1000  # numerical: samples that stand for the map
+_MARGIN = 0.12  # share of the plan's size by which a map may extend beyond each side
+_WALL_SIGMA_M = 0.4  # standard deviation of the wall likelihood
+_ON_WALL_COST = 0.7  # cost of free space on a wall
+_MAX_WALLS, _MAX_FREE = 1500, 1000  # numerical: samples that represent the map
 _PEAKS = 4  # numerical: best translations of each rotation and scale
-_PEAK_PIXELS = 5  # numerical: a peak is the highest within this window
+_PEAK_PIXELS = 5  # numerical: window in which a peak is the maximum
 
-_BINS = 90  # numerical: directions modulo a right angle, by degree
+_BINS = 90  # numerical: directions modulo a right angle, one per degree
 # Chosen, not measured:
-_BIN_SIGMA = 3.0  # walls of one direction scatter by this [degrees]
-_FACE_M = 0.5  # cells this near to a wall tell its direction
+_BIN_SIGMA = 3.0  # scatter of the directions of parallel walls [degrees]
+_FACE_M = 0.5  # distance from a wall within which cells contribute to its direction
 _FACE_SMOOTHING_CELLS = 1.5  # numerical
 _FACE_KERNEL = 5  # numerical: edge of the derivative's kernel [cells]
-_TURN_SHARE = 0.3  # further rotations align walls at least this well, relative to the best
+_TURN_SHARE = 0.3  # further rotations must align walls this well relative to the best
 _MAX_TURNS = 3  # numerical: rotations modulo a right angle
 
 
 @dataclass(frozen=True, eq=False)
 class _Field:
-    """The plan as spectra of wall values and of costs; ``A_px_xy (2, 3)`` is metres to pixels."""
+    """Spectra of the plan's wall values and costs; ``A_px_xy (2, 3)`` maps metres to pixels."""
 
     walls: NDArray[np.complex64]
     costs: NDArray[np.complex64]
@@ -68,7 +68,7 @@ def search_placements(
 
     Parameters
     ----------
-    plan, sub : evidence of both sides; none without walls or free space
+    plan, sub : evidence of both maps; empty result without walls or free space
     factors : (L,) plan metres per submap metre to try
     max_candidates : limit of the result
     """
@@ -83,15 +83,15 @@ def search_placements(
 
 
 def _thinned(points: Array, limit: int) -> Array:
-    """Return at most ``limit`` of the points, every so many."""
+    """Return at most ``limit`` of the points, evenly subsampled."""
     return points[:: max(1, -(-len(points) // limit))]
 
 
 def wall_turns(plan: MapEvidence, sub: MapEvidence) -> Array:
     """
-    Return the rotations (4 T,) [rad] that lay the submap's wall directions on the plan's.
+    Return the rotations (4 T,) [rad] that align the submap's wall directions with the plan's.
 
-    Directions are compared modulo a right angle. A building of one direction gives four
+    Directions are compared modulo a right angle. A rectangular building gives four
     rotations, one with oblique wings more.
     """
     plan_spectrum, sub_spectrum = (fft.rfft(side.kept(_directions)) for side in (plan, sub))
@@ -106,7 +106,7 @@ def wall_turns(plan: MapEvidence, sub: MapEvidence) -> Array:
 
 
 def _directions(side: MapEvidence) -> Array:
-    """Return how much wall runs in each direction modulo a right angle, ``(90,)``, smoothed."""
+    """Return the amount of wall per direction modulo a right angle, ``(90,)``, smoothed."""
     smooth = cv2.GaussianBlur(side.wall_distance, (0, 0), _FACE_SMOOTHING_CELLS)
     rows, cols = (
         cv2.Sobel(smooth, cv2.CV_32F, *axes, ksize=_FACE_KERNEL) for axes in ((0, 1), (1, 0))
@@ -123,7 +123,7 @@ def _directions(side: MapEvidence) -> Array:
 
 
 def _field(plan: MapEvidence) -> _Field:
-    """Return the plan's spectra with a margin around it, in which free space costs most."""
+    """Return the plan's spectra, padded by a margin in which free space has the highest cost."""
     step = max(1, round(max(plan.wall_distance.shape) / _LONGER_SIDE))
     sigma = max(_WALL_SIGMA_M, 0.5 * step * plan.cell_m)
     near = np.exp(-0.5 * np.square(plan.wall_distance / np.float32(sigma)))
@@ -152,7 +152,7 @@ def _field(plan: MapEvidence) -> _Field:
 def _of_turn(
     field: _Field, walls: Array, free: Array, yaw: float, factors: Array
 ) -> tuple[Array, Array, Array]:
-    """Return linear parts (K, 2, 2), translations (K, 2) and worths (K,) of one rotation."""
+    """Return linear parts (K, 2, 2), translations (K, 2) and scores (K,) for one rotation."""
     in_px, R = field.A_px_xy[:, :2], rotation(yaw)
     placed = [points @ (in_px @ R).T for points in (walls, free)]
     low = np.minimum(*(points.min(axis=0) for points in placed))
@@ -171,7 +171,7 @@ def _of_turn(
 
 
 def _correlation(field: _Field, walls: Array, free: Array, factors: Array) -> Image:
-    """Return the worth (L, H, W) of every shift of the points, which start at pixel 0."""
+    """Return the score (L, H, W) of every shift of the points, which start at pixel 0."""
     if len(factors) == 0:
         return np.zeros((0, *field.shape), dtype=np.float32)
     wall_spectra, free_spectra = (
@@ -190,7 +190,7 @@ def _raster(pixels: Array, shape: tuple[int, int]) -> Image:
 
 
 def _peaks(values: Image) -> tuple[Array, Array]:
-    """Return the highest peaks' (row, column) (K, 2) and heights (K,)."""
+    """Return (row, column) (K, 2) and heights (K,) of the highest peaks."""
     values = np.ascontiguousarray(values)
     index = np.flatnonzero(is_peak(values, _PEAK_PIXELS))
     heights = values.ravel()[index].astype(np.float64)

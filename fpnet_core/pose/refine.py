@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Robust alignment of the submap's walls to the plan's, over pose and allowed strain.
+Robust alignment of the submap's walls with the plan's, over pose and anisotropic scale.
 
-A candidate is ``A_plan_submap = (I + E) S R`` with rotation ``R``, the drawing's stretch ``S``
-and a small symmetric strain ``E`` of the drawing (exx, eyy, exy). ``S`` is what is known of the
-drawing, else the candidate's own mean scale: a strain that a candidate brings along is strain as
-much as one that the walls ask for, however often it is refined. Gauss-Newton with a Welsch weight
-on the plan's wall distance, whose width is annealed from coarse to fine; a Gaussian prior keeps
-the strain small where the walls do not tell, and :data:`STRAIN_LIMIT` bounds it: with enough
-strain one corridor fits another.
+A candidate is ``A_plan_submap = (I + E) S R`` with rotation ``R``, stretch ``S`` of the drawing
+and a small symmetric strain ``E`` of the drawing (exx, eyy, exy). ``S`` is the known stretch of
+the drawing, else the candidate's own mean scale. A strain that a candidate already has counts as
+strain, so repeated refinement does not relax the prior. The solver is Gauss-Newton with a Welsch
+weight on the plan's wall distance, whose width is annealed from coarse to fine; a Gaussian prior
+keeps the strain small where walls do not determine it. :data:`STRAIN_LIMIT` bounds it, because
+with enough strain any corridor fits any other.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from fpnet_core.pose.evidence import MapEvidence
 Array = NDArray[np.float64]
 
 STRAIN_LIMIT = 3.0
-"""No component of the strain exceeds so many of its standard deviations. Chosen."""
+"""Largest component of the strain, in its standard deviations. Chosen."""
 
 _STEPS_PER_WIDTH = 3  # numerical
-_DAMPING = 1e-6  # numerical: keeps the system solvable where no wall is near
-_POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance; chosen
+_DAMPING = 1e-6  # numerical: keeps the system solvable without walls nearby
+_POINT_SIGMA_M = 0.15  # standard deviation of one drawn wall sample, for the covariance; chosen
 
 
 @dataclass(frozen=True)
 class SolverSchedule:
     """
-    How much work refinement spends on a candidate.
+    Effort of a refinement.
 
     ``widths_m`` are the Welsch kernel's, coarse to fine; at most ``max_points`` walls are used.
     """
@@ -47,33 +47,33 @@ class SolverSchedule:
 
 
 ROUGH = SolverSchedule((0.8, 0.5, 0.3), 200)
-"""Brings a new candidate to where its score can be compared. Chosen."""
+"""For new candidates, until their scores can be compared. Chosen."""
 
 NEAR = SolverSchedule((0.4, 0.3), 200)
 """
-Of candidates that are right within half a metre: the few walls of a small map give way to a wider
-kernel and end up anywhere. Chosen.
+For candidates with an error below half a metre: on small maps with few walls, a wider kernel
+diverges. Chosen.
 """
 
 FINE = SolverSchedule((0.3, 0.2, 0.15), 800)
-"""Ends on a candidate that is already near. Chosen."""
+"""For the final refinement of candidates that are close. Chosen."""
 
 AGAIN = SolverSchedule((0.5, 0.3, 0.2), 600)
-"""Follows a placement that is right within half a metre. Chosen."""
+"""For tracking a placement with an error below half a metre. Chosen."""
 
 RIGID_STRAIN = 1e-4
-"""Chosen: of :class:`AlignmentPrior`, where too little is seen to tell the drawing's stretch."""
+"""Chosen: of :class:`AlignmentPrior`, if too little is observed to estimate the stretch."""
 
 
 @dataclass(frozen=True, eq=False)
 class AlignmentPrior:
     """
-    How much of the drawing's stretch refinement may choose.
+    Prior on the drawing's stretch during refinement.
 
     ``anisotropy_sigma`` is the standard deviation of the drawing's anisotropic scale, 0.03 for
     "a few percent".
-    It is counted from ``stretch (2, 2)``, symmetric, plan metres per submap metre, where that is
-    known, else from each candidate's mean scale, which stays within ``scales``.
+    It is relative to ``stretch (2, 2)``, symmetric, plan metres per submap metre, if that is
+    known, else to each candidate's mean scale, which stays within ``scales``.
     """
 
     anisotropy_sigma: float
@@ -89,19 +89,19 @@ def refine(
     schedule: SolverSchedule,
 ) -> Placements:
     """
-    Align candidates; each keeps its group: similarity times a small strain.
+    Align candidates with the plan's walls: similarity times a small strain.
 
     Parameters
     ----------
     plan : evidence of the drawing
     walls : (P, 2) samples of the submap's walls [m]
-    candidates : where to start
-    freedom : how far the drawing may be stretched
-    effort : ``ROUGH`` for many new candidates, ``FINE`` for few that are near
+    candidates : initial placements
+    alignment_prior : prior on the stretch of the drawing
+    schedule : ``ROUGH`` for many new candidates, ``FINE`` for few that are close
 
     Returns
     -------
-    As many placements in the same order, with covariances and not yet scored.
+    As many placements in the same order, with covariances, not yet scored.
     """
     points = np.ascontiguousarray(walls[:: max(1, -(-len(walls) // schedule.max_points))])
     if not len(points):
@@ -124,7 +124,7 @@ def refine(
     )  # fmt: skip
     linear = _strained(params, start)
     lever = linear @ mid
-    # The covariance of x, y and yaw, moved from the samples' middle to the submap's origin.
+    # Covariance of x, y and yaw, transferred from the samples' centroid to the submap's origin.
     moved = np.tile(np.eye(3), (len(params), 1, 1))
     moved[:, 0, 2], moved[:, 1, 2] = lever[:, 1], -lever[:, 0]
     cov = moved @ (_POINT_SIGMA_M**2 * np.linalg.inv(H)[:, :3, :3]) @ moved.swapaxes(1, 2)
@@ -132,7 +132,7 @@ def refine(
 
 
 def _split_strain(linear: Array, stretch: Array | None) -> tuple[Array, Array]:
-    """Unstrained ``S R (C, 2, 2)``, and the strains (C, 3) that make ``linear`` of it."""
+    """Return ``S R (C, 2, 2)`` without strain, and the strains (C, 3) that restore ``linear``."""
     turned = linear[:, 1, 0] - linear[:, 0, 1], linear[:, 0, 0] + linear[:, 1, 1]
     yaw = np.arctan2(*turned)
     cs, sn = np.cos(yaw), np.sin(yaw)
@@ -147,7 +147,7 @@ def _split_strain(linear: Array, stretch: Array | None) -> tuple[Array, Array]:
 
 
 def _strained(params: Array, start: Array) -> Array:
-    """Linear parts ``(I + E) R(rotation) start (C, 2, 2)``."""
+    """Return the linear parts ``(I + E) R(rotation) start (C, 2, 2)``."""
     _, _, turn, exx, eyy, exy = params.T
     cs, sn = np.cos(turn), np.sin(turn)
     R = np.stack([cs, -sn, sn, cs], axis=1).reshape(-1, 2, 2)
@@ -156,8 +156,10 @@ def _strained(params: Array, start: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _align(params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, widths, prior):  # type: ignore[no-untyped-def]
-    """Carry out Gauss-Newton steps, one for each width, on ``params (C, 6)`` in place."""
+def _align(  # type: ignore[no-untyped-def]
+    params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, widths, prior
+):
+    """Run one Gauss-Newton step per width on ``params (C, 6)`` in place."""
     residuals, linear = np.empty((8, offsets.shape[1])), np.empty((2, 2))
     H_solved, g = np.empty((6, 6)), np.empty(6)
     for c in range(len(params)):
@@ -181,7 +183,7 @@ def _align(params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, wid
 
 @numba.njit(cache=True, nogil=True)
 def _bound(params, limit, least, most):  # type: ignore[no-untyped-def]
-    """Keep the strain small, and the mean of its two stretches between two factors."""
+    """Clip the strain, and the mean of its two stretches to the range between two factors."""
     mean = 1.0 + 0.5 * (params[3] + params[4])
     excess = mean - most if mean > most else (mean - least if mean < least else 0.0)
     params[3] -= excess
@@ -203,7 +205,7 @@ def _strain(params, start, out):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def _solve(H, g, lower):  # type: ignore[no-untyped-def]
-    """Solve ``H x = g``, positive definite, in place of ``g``, by Cholesky's factor."""
+    """Solve ``H x = g``, H positive definite, in place of ``g``, by Cholesky factorisation."""
     n = len(g)
     for i in range(n):
         for j in range(i + 1):
@@ -221,14 +223,16 @@ def _solve(H, g, lower):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _residuals(linear, x0, y0, offsets, field, A_rc_xy, width, out):  # type: ignore[no-untyped-def]
+def _residuals(  # type: ignore[no-untyped-def]
+    linear, x0, y0, offsets, field, A_rc_xy, width, out
+):
     """
     Fill columns of ``out (8, P)`` with Welsch weights, wall distances and their six derivatives.
 
-    ``offsets (2, P)`` are the points from their middle, which lies at ``x0, y0``. Returns how many
-    of them are near enough to walls to say anything.
+    ``offsets (2, P)`` are the points relative to their centroid, which is placed at ``x0, y0``.
+    Returns how many of them are close enough to walls to contribute.
     """
-    # In three loops: the first and the last are carried out for several points at once.
+    # Three loops, so that the compiler can vectorise the first and the last.
     row, col, offset_x, offset_y = out[0], out[1], out[2], out[3]
     for k in range(offsets.shape[1]):
         px, py = offsets[0, k], offsets[1, k]
@@ -243,7 +247,7 @@ def _residuals(linear, x0, y0, offsets, field, A_rc_xy, width, out):  # type: ig
         d_row, d_col, qx, qy = out[0, k], out[4, k], out[2, k], out[3, k]
         jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
         jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
-        # To first order the small strain and rotation act on the placed offset (qx, qy).
+        # To first order, strain and rotation act on the placed offset (qx, qy).
         out[2, k], out[3, k], out[4, k] = jx, jy, jy * qx - jx * qy
         out[5, k], out[6, k], out[7, k] = jx * qx, jy * qy, jx * qy + jy * qx
     for k in range(count):
@@ -257,9 +261,9 @@ def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
     """
     Look up the wall distance and its slope at the first columns of ``out``, in place.
 
-    They hold row, column and two further numbers of each point, and get the slope along rows, the
-    distance, these two numbers and the slope along columns. Points that are off the field or on
-    no slope are left out; returned is how many there are.
+    A column holds row, column and two further numbers of a point, and is replaced by the slope
+    along rows, the distance, these two numbers and the slope along columns. Points off the field
+    or without a slope are removed; returns the number of points left.
     """
     rows, cols = field.shape
     n = 0
@@ -267,7 +271,7 @@ def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
         row, col = out[0, k], out[1, k]
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
-        # Bilinear; a function of its own would count references to the field at every call.
+        # Bilinear; a separate function would count references to the field at every call.
         r, c = int(row), int(col)
         fr, fc = row - r, col - c
         here, right, down, across = (
@@ -292,7 +296,7 @@ def _normal_equations(residuals, count, H, g):  # type: ignore[no-untyped-def]
     """
     Write the Gauss-Newton system (6, 6), (6,) of the first columns of :func:`_residuals`.
 
-    Its sums may be taken in any order, by several at once.
+    ``fastmath`` allows any order of summation, so that the loop is vectorised.
     """
     weight, d = residuals[0], residuals[1]
     j0, j1, j2 = residuals[2], residuals[3], residuals[4]

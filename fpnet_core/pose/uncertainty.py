@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How far a pose on a drawing may be off: a model of what errs.
+Model of the uncertainty of a pose on a drawing.
 
-The residuals of an alignment say little of it: hundreds of returns share one wall, and with it
-what its drawing is off by. What tells is how far the drawing must bend to explain the whole
-submap, how far walls lie off drawn ones, whether odometry stumbles, and which way the walls around
-the robot face: a bare corridor says nothing of the position along it. Odometry adds its own from
-tick to tick. How much each weighs was fitted to drives whose truth is known, by ``fpnet
-train covariance``.
+Alignment residuals underestimate it: hundreds of returns hit the same wall and share the error of
+its drawing. The model instead uses how far the drawing must deform to explain the whole submap,
+how far walls lie off drawn ones, the heading residual of odometry, and the directions of the walls
+near the robot: a bare corridor does not constrain the position along it. Odometry adds drift
+between updates. ``fpnet train covariance`` fits the weights to recordings with ground truth.
 """
 
 from __future__ import annotations
@@ -32,38 +31,38 @@ Array = NDArray[np.float64]
 
 WEIGHTS_NAME = 'covariance.json'
 FIGURES = ('bend', 'residual', 'unrest')
-"""Given: logarithms of the figures of :class:`Misfit`, in this order."""
+"""Given: logarithms of the features of :class:`Misfit`, in this order."""
 
 CLIP = 2.5
-"""Numerical: figures are held to so many standard deviations: nothing unseen counts more."""
+"""Numerical: features are clipped to this many standard deviations."""
 
 FEW_RETURNS, FEWEST_RETURNS = 50.0, 10.0
 """
-A direction that so many returns face, five metres of wall, is known half as well as any can be;
-and a metre is added to each, so that none is without. Chosen: buildings with furniture have walls
-everywhere, and drives through them are as probable from 5 to 60; bare corridors must stay wide.
+Returns facing a direction, five metres of wall, at which its variance is twice the minimum; and
+returns added to every direction, one metre, so that none has zero. Chosen: in furnished buildings
+values from 5 to 60 fit recordings equally well; bare corridors must stay uncertain.
 """
 
-_LEAST = np.array([0.02, 0.02, 0.003])  # numerical: figures below these are as good as none
-_WIDTH_M = 0.3  # chosen: walls further off than this are not the drawn ones
-_DAMPING = np.diag([2.0, 2.0, 20.0])  # numerical: keeps a turn solvable where walls are few
-_CALM_S = 9.0  # chosen: so long after a stumble odometry is trusted again
+_LEAST = np.array([0.02, 0.02, 0.003])  # numerical: smaller features are not significant
+_WIDTH_M = 0.3  # chosen: returns farther from drawn walls do not count
+_DAMPING = np.diag([2.0, 2.0, 20.0])  # numerical: keeps a turn solvable with few walls
+_RECOVERY_S = 9.0  # chosen: time constant after which odometry is trusted again
 
 
 @dataclass(frozen=True)
 class Misfit:
     """
-    How badly a placement fits; a pose is known the worse.
+    Features of a bad fit; the larger, the more uncertain the pose.
 
     Parameters
     ----------
     deformation_m
-        How far the drawing has to bend under the whole submap [m].
+        Deformation of the drawing under the whole submap [m].
     residual_m
-        Three quarters of the submap's walls lie nearer to drawn ones [m].
-    unrest_rad
-        By how much the newest scans are turned against the drawing, at most over the last ticks:
-        odometry stumbles in places, and goes on stumbling there.
+        75th percentile of the distances of the submap's walls to drawn ones [m].
+    heading_residual_rad
+        Rotation of the newest scans relative to the drawing, maximum over the last updates:
+        wheel slip and similar faults of odometry persist in some places.
     """
 
     deformation_m: float
@@ -72,7 +71,7 @@ class Misfit:
 
     @property
     def figures(self) -> Array:
-        """Return the model's figures ``(F,)``, in the order of :data:`FIGURES`."""
+        """Features of the model ``(F,)``, in the order of :data:`FIGURES`."""
         values = np.array([self.deformation_m, self.residual_m, self.heading_residual_rad])
         return np.asarray(np.log(values + _LEAST))
 
@@ -81,10 +80,10 @@ def wall_information(
     plan: MapEvidence, seen: Array, A_plan_odom: Affine2D, robot_odom: Array
 ) -> Array:
     """
-    Return what returns say of x, y and yaw about the robot, ``(3, 3)``, plan axes.
+    Return the information of returns on x, y and yaw about the robot, ``(3, 3)``, plan axes.
 
-    ``seen (P, 2)`` and ``robot_odom (2,)`` are in odom [m]. Each return near a drawn wall says
-    one of the direction across that wall, and nothing of the one along it.
+    ``seen (P, 2)`` and ``robot_odom (2,)`` are in odom [m]. Each return near a drawn wall adds
+    one to the direction normal to that wall, and nothing along it.
     """
     return _normal_equations(plan, seen, A_plan_odom, robot_odom)[0]
 
@@ -97,25 +96,25 @@ def heading_residual_of(
     before: tuple[float, float] = (0.0, 0.0),
 ) -> float:
     """
-    Return by how much the ``newest (P, 2)`` returns would turn to lie on drawn walls [rad].
+    Return the rotation that would move the ``newest (P, 2)`` returns onto drawn walls [rad].
 
-    ``before`` is what was returned last, and how long ago that was [s]: it wears off slowly.
+    ``before`` is the last result and its age [s]; its decayed value is a lower bound.
     """
     information, pull = _normal_equations(plan, newest, A_plan_odom, robot_odom)
     turn = np.linalg.solve(information + _DAMPING, pull)[2]
     last, age_s = before
-    return max(abs(float(turn)), last * math.exp(-abs(age_s) / _CALM_S))
+    return max(abs(float(turn)), last * math.exp(-abs(age_s) / _RECOVERY_S))
 
 
 @dataclass(frozen=True, eq=False)
 class UncertaintyModel:
     """
-    What the figures weigh.
+    Fitted model of the pose covariance.
 
-    ``mean`` and ``std (F,)`` standardise the figures; ``position`` and ``yaw (F + 1,)`` give the
-    logarithms of variances from 1 and the figures: of position [m^2] where walls abound in every
-    direction, and of yaw [rad^2]. In a direction that few returns face the variance grows by
-    :data:`FEW_RETURNS` over their number.
+    ``mean`` and ``std (F,)`` standardise the features; ``position`` and ``yaw (F + 1,)`` give the
+    log variances as a linear function of 1 and the features: of position [m^2] with many walls in
+    every direction, and of yaw [rad^2]. In a direction that few returns face, the variance grows
+    by :data:`FEW_RETURNS` over their number.
     """
 
     mean: Array
@@ -125,13 +124,13 @@ class UncertaintyModel:
     growth: Growth
 
     def covariance(self, features: PoseFeatures, xy_odom: Array, stamp_ns: int) -> PoseCovariance:
-        """Return how far off the pose of a robot at ``xy_odom (2,)`` may be, then and after."""
+        """Return the covariance of the pose at ``xy_odom (2,)``, with its growth afterwards."""
         cov = self.covariances(features.figures, features.information)
         return PoseCovariance(cov, xy_odom, stamp_ns, self.growth, features)
 
     def covariances(self, figures: Array, information: Array) -> Array:
         """
-        Return the covariances ``(..., 3, 3)`` of poses at their ticks.
+        Return the covariances ``(..., 3, 3)`` of poses at their updates.
 
         ``figures (..., F)`` and ``information (..., 3, 3)`` are those of :class:`PoseFeatures`.
         """
@@ -146,12 +145,12 @@ class UncertaintyModel:
     @classmethod
     def from_json(cls, stored: dict[str, Any]) -> Self:
         """
-        Return the model that a file holds.
+        Return the model stored in a file.
 
         Raises
         ------
         WeightsError
-            If it was fitted to other figures.
+            If it was fitted to other features.
         """
         if stored['figures'] != list(FIGURES):
             raise WeightsError(
@@ -165,7 +164,7 @@ class UncertaintyModel:
 
 @cache
 def packaged_uncertainty() -> UncertaintyModel:
-    """Return the model as it is shipped, read once."""
+    """Return the packaged model, loaded once."""
     file = resources.files('fpnet_core.weights') / WEIGHTS_NAME
     return UncertaintyModel.from_json(json.loads(file.read_text(encoding='utf-8')))
 
@@ -173,7 +172,7 @@ def packaged_uncertainty() -> UncertaintyModel:
 def _normal_equations(
     plan: MapEvidence, seen: Array, A_plan_odom: Affine2D, robot_odom: Array
 ) -> tuple[Array, Array]:
-    """Return information ``(3, 3)`` and pull ``(3,)`` of returns to the nearest drawn walls."""
+    """Return information ``(3, 3)`` and gradient ``(3,)`` of returns near drawn walls."""
     placed = A_plan_odom.apply(seen).reshape(-1, 2)
     distance, gradient, inside = _distances(plan, placed)
     away = placed[inside] - A_plan_odom.apply(robot_odom)
@@ -184,7 +183,7 @@ def _normal_equations(
 
 
 def _distances(plan: MapEvidence, placed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return distances ``(Q,)`` to drawn walls, their gradients ``(Q, 2)``, and who is inside."""
+    """Return distances to drawn walls ``(Q,)``, gradients ``(Q, 2)``, and the mask inside."""
     field, A = plan.wall_distance, plan.A_rc_xy
     rc = placed @ A[:, :2].T + A[:, 2]
     is_inside = (rc >= 0.0) & (rc < np.array(field.shape) - 1)

@@ -3,10 +3,10 @@
 """
 Agreement of two maps under candidate transforms, measured on the rasters.
 
-The graph proposes, the raster verifies. Three things are measured: how many of the robot's
-walls lie on drawn walls (furniture keeps this below 1), how many of the drawn walls inside the
-area that the robot saw were seen, and how much of the robot's free space lies where the drawing
-has none. The last two are what a wrong place cannot fake.
+Three quantities are measured: the share of the robot's walls on plan walls (furniture keeps it
+below 1), the share of plan walls in the observed area that were observed, and the share of
+the robot's free space outside that of the plan. A wrong place cannot satisfy the
+last two.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from fpnet_core.pose.evidence import MapEvidence
 
 WALL_SIGMA_M = 0.2
 """
-Wall kernel of the verification: a wall's thickness, which drawings and robots share in part.
-Chosen.
+Width of the wall kernel in verification: a wall's thickness, covered only in part by drawing and
+scans. Chosen.
 """
 
 COARSE_SIGMA_M = 0.5
 """
-Wall kernel of the early rejection: what a candidate from doors and rooms may be off by. Chosen.
+Width of the wall kernel in early rejection: error of candidates from doors and rooms. Chosen.
 """
 
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
-OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
+OUTSIDE_TOLERANCE_M = 0.3  # overlap of free space and a drawn wall that is tolerated
+OUTSIDE_FULL_M = 1.0  # depth outside from which free space counts fully
 
-_TILE_M = 4.0  # numerical: a drawing's walls are looked up by tiles of this side
+_TILE_M = 4.0  # numerical: edge of the tiles by which plan walls are looked up
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class WallAgreement:
 
     ``wall_support``: share of submap walls on plan walls. ``plan_seen``: share of plan walls
     inside the observed area that the submap confirms. ``free_violation``: share of submap free
-    space outside the plan's.
+    space outside the plan's free space.
     """
 
     wall_support: NDArray[np.float64]
@@ -58,7 +58,7 @@ class WallAgreement:
 
     @property
     def score(self) -> NDArray[np.float64]:
-        """One figure in [0, 1]: geometric mean of both wall terms less the violation."""
+        """Score in [0, 1]: geometric mean of both wall terms minus the violation."""
         walls = np.sqrt(self.wall_support * self.plan_seen)
         return np.clip(walls - self.free_violation, 0.0, 1.0)
 
@@ -71,10 +71,10 @@ def coarse_support(
     max_points: int,
 ) -> NDArray[np.float64]:
     """
-    Cheap forward score of ``C`` candidates for early rejection, ``(C,)`` in [-1, 1].
+    Return a cheap forward score of ``C`` candidates for early rejection, ``(C,)`` in [-1, 1].
 
-    Wall support minus free violation on at most ``max_points`` evenly drawn samples of each
-    kind.
+    It is wall support minus free violation on at most ``max_points`` evenly subsampled points of
+    each kind.
     """
     walls, free = evenly_drawn(sub.walls, max_points), evenly_drawn(sub.free, max_points)
     support, violation = _forward_scores(plan, walls, free, candidates, sigma_m)
@@ -104,11 +104,11 @@ def agreement(
 
     Parameters
     ----------
-    plan, sub : evidence of both sides
+    plan, sub : evidence of both maps
     candidates : ``C`` placements of the submap
     sigma_m : width of the wall kernel ``exp(-d^2 / (2 sigma^2))``
-    max_points : evenly drawn samples of each kind of the submap that are looked up, and about as
-        many of what is drawn where it may lie; None: all
+    max_points : evenly subsampled points of each kind of the submap, and about as
+        many of the plan where the submap may lie; None: all
     """
     walls, free, drawn = sub.walls, sub.free, plan.kept(_in_tiles)
     if max_points is not None:
@@ -128,10 +128,10 @@ def agreement(
 @dataclass(frozen=True, eq=False)
 class _Tiled:
     """
-    A drawing's walls by square tiles, those of a row of tiles side by side.
+    A plan's walls in square tiles; a row of tiles is contiguous.
 
-    ``walls (2, P)`` are the samples [m], ``first (R, C + 1)`` where each tile's begin, and where
-    those of the row end; the tiles begin at ``low (2,)`` [m].
+    ``walls (2, P)`` are the samples [m], ``first (R, C + 1)`` the index of each tile's first
+    sample and the end of the row; the tiles begin at ``low (2,)`` [m].
     """
 
     walls: Array
@@ -139,13 +139,13 @@ class _Tiled:
     low: Array
 
     def every(self, step: int) -> _Tiled:
-        """Return every so many of the walls."""
+        """Return every ``step``-th of the walls."""
         return _Tiled(
             np.ascontiguousarray(self.walls[:, ::step]), -(-self.first // step), self.low
         )
 
     def within(self, candidates: Placements, sub: MapEvidence) -> NDArray[np.int64]:
-        """Return the first tile and that after the last (C, 2, 2) that a submap may cover."""
+        """Return the first tile and the end of the tiles (C, 2, 2) that a submap may cover."""
         to_xy = np.linalg.inv(sub.A_rc_xy[:, :2])
         high = np.array(sub.observed.shape) - 0.5
         rc = np.array([[-0.5, -0.5], [-0.5, high[1]], [high[0], -0.5], high])
@@ -158,7 +158,7 @@ class _Tiled:
 
 
 def _in_tiles(plan: MapEvidence) -> _Tiled:
-    """Return the walls of a drawing by tiles; one without walls has no tile."""
+    """Return the walls of a plan in tiles; without walls there are no tiles."""
     walls = plan.walls
     if not len(walls):
         return _Tiled(np.zeros((2, 0)), np.zeros((0, 1), np.int64), np.zeros(2))
@@ -184,7 +184,9 @@ def _forward_scores(
 
 
 @numba.njit(cache=True, nogil=True)
-def _forward(A, walls, free, wall_likelihood, outside_depth, support, violation):  # type: ignore[no-untyped-def]
+def _forward(  # type: ignore[no-untyped-def]
+    A, walls, free, wall_likelihood, outside_depth, support, violation
+):
     """Write the scores (C,) of samples (2, Pw), (2, Pf) of the submap; see :func:`_chained`."""
     likelihood, depth = wall_likelihood.reshape(-1), outside_depth.reshape(-1)
     most_walls, most_free, first = walls.shape[1], free.shape[1], np.int64(0)
@@ -206,8 +208,10 @@ def _forward(A, walls, free, wall_likelihood, outside_depth, support, violation)
 
 
 @numba.njit(cache=True, nogil=True)
-def _backward(A, walls, first, tiles, wall_likelihood, observed, seen):  # type: ignore[no-untyped-def]
-    """Look up the walls in the tiles that each candidate may cover, see :class:`_Tiled`."""
+def _backward(  # type: ignore[no-untyped-def]
+    A, walls, first, tiles, wall_likelihood, observed, seen
+):
+    """Write the share of observed plan walls in the tiles of each candidate to ``seen``."""
     likelihood, is_observed = wall_likelihood.reshape(-1), observed.reshape(-1)
     cells = np.empty(walls.shape[1], np.int32)
     for c in range(len(A)):
@@ -225,10 +229,10 @@ def _backward(A, walls, first, tiles, wall_likelihood, observed, seen):  # type:
 @numba.njit(cache=True, nogil=True)
 def _cells_of(A, xy, begin, end, shape, cells):  # type: ignore[no-untyped-def]
     """
-    Write the flat indices of the cells nearest to some points ``(2, P)`` to ``cells``, -1 off it.
+    Write the flat indices of the cells nearest to points ``(2, P)`` to ``cells``, -1 outside.
 
-    ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, over
-    coordinates that lie side by side, is carried out for several points at once.
+    ``A (2, 3)`` maps metres to (row, column). A separate loop without sums and lookups, over
+    contiguous coordinates, can be vectorised by the compiler.
     """
     xs, ys = xy[0, begin:end], xy[1, begin:end]
     rows, cols = float(shape[0]), float(shape[1])
@@ -241,7 +245,7 @@ def _cells_of(A, xy, begin, end, shape, cells):  # type: ignore[no-untyped-def]
 
 
 def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
-    """Affine (C, 2, 3) from source metres to raster indices of the target."""
+    """Return affine maps (C, 2, 3) from source metres to raster indices of the target."""
     columns = np.concatenate([linear, translation[..., None]], axis=2)
     A: Array = A_rc_xy[:, :1] * columns[:, None, 0] + A_rc_xy[:, 1:2] * columns[:, None, 1]
     A[..., 2] += A_rc_xy[:, 2]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Rasters in blocks of cells: means, any of a block, their middles, and back."""
+"""Blocks of raster cells: means, logical or, middle cells, and expansion back to cells."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def block_means(
     """
     Return the means (ceil(H / side), ceil(W / side)) of blocks of ``values (H, W)``.
 
-    ``beyond`` fills the blocks that reach beyond the edge.
+    ``beyond`` pads blocks that extend past the edge.
     """
     padded = _whole_blocks(values, side, beyond)
     size = (padded.shape[1] // side, padded.shape[0] // side)
@@ -34,12 +34,12 @@ def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> ND
     """
     Return which blocks (ceil(H / side), ceil(W / side)) hold a True cell.
 
-    ``is_beyond`` tells that those do which reach beyond the edge.
+    ``is_beyond`` pads blocks that extend past the edge.
     """
     if side == 1:
         return mask
     padded = _whole_blocks(mask, side, is_beyond)
-    # Rows first: their cells lie side by side, and those of columns do not.
+    # Rows first: their cells are contiguous in memory.
     tall = padded[::side].copy()
     for row in range(1, side):
         tall |= padded[row::side]
@@ -50,13 +50,13 @@ def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> ND
 
 
 def block_counts(mask: NDArray[np.bool_], side: int) -> NDArray[np.int64]:
-    """Return how many True cells (ceil(H / side), ceil(W / side)) blocks have."""
+    """Return the number of True cells (ceil(H / side), ceil(W / side)) per block."""
     means = block_means(mask.astype(np.float32), side)
     return np.rint(means * side**2).astype(np.int64)
 
 
 def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[Scalar]:
-    """Return ``values (H, W)`` with ``beyond`` added up to whole blocks."""
+    """Return ``values (H, W)`` padded with ``beyond`` to whole blocks."""
     rows, cols = values.shape
     if rows % side == 0 and cols % side == 0:
         return values
@@ -64,7 +64,7 @@ def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[
 
 
 def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:
-    """Return the cell at the middle of each block, the one before it where ``side`` is even."""
+    """Return the cell at the middle of each block, the one before it if ``side`` is even."""
     first = (side - 1) // 2
     return np.ascontiguousarray(raster[first::side, first::side])
 
@@ -72,9 +72,9 @@ def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:
 def unblocked(
     blocks: NDArray[Scalar], side: int, shape: tuple[int, ...] | None = None
 ) -> NDArray[Scalar]:
-    """Return a raster of ``shape`` (all of the blocks for None), each cell as its block is."""
+    """Return a raster of ``shape`` (None: all blocks) in which each cell has its block's value."""
     rows, cols = shape or (side * blocks.shape[0], side * blocks.shape[1])
-    # Along rows first: those are copied as a whole then.
+    # Along rows first: the second repeat then copies whole rows.
     return np.repeat(np.repeat(blocks, side, axis=1)[:, :cols], side, axis=0)[:rows]
 
 

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The exact Euclidean distance transform, to the last digit the same wherever arrays lie.
+Exact Euclidean distance transform, bitwise reproducible whatever the memory layout.
 
-In two passes (Felzenszwalb and Huttenlocher, 2012): distances within columns, then along each row
-the lowest of the parabolas that their squares are. Squares are whole numbers. The second pass is
-what takes time, and is made only where distances are asked for.
+It takes two passes (Felzenszwalb and Huttenlocher, 2012): distances within columns, then along
+each row the lower envelope of the parabolas of their squares, in integers. The second pass is the
+expensive one and covers only the requested cells.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fpnet_core.frozen import unwritable
 
 _NOWHERE = np.sqrt(np.finfo(np.float32).max)
-"""Numerical: how far a True cell is that there is not; its square is finite."""
+"""Numerical: distance if there is no True cell; its square is finite."""
 
 
 def cells_to_nearest(
@@ -32,22 +32,22 @@ def cells_to_nearest(
     """
     Return the distance (H, W) float32 from each cell to the nearest True cell, in cells.
 
-    With a ``step`` only of the cells in the middle of blocks of that side, as
-    :func:`~fpnet_core.raster.blocks.block_middles` chooses them; with ``where (H, W)`` only of
-    its True cells, 0 for all others. Of what is farther than ``most`` it is only said that it is.
+    With ``step``, only for the middle cells of blocks of that side, as in
+    :func:`~fpnet_core.raster.blocks.block_middles`. With ``where (H, W)``, only for its True
+    cells, 0 elsewhere. Distances beyond ``most`` are only known to exceed it.
     """
-    asked = np.ones((1, mask.shape[1]), np.bool_) if where is None else where
+    selected = np.ones((1, mask.shape[1]), np.bool_) if where is None else where
     rows, cols = mask.shape
     beyond = int(min(most, rows + cols - 1)) + 1
     first = (step - 1) // 2
     found = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
-    _along_rows(_down_columns(unwritable(mask)), unwritable(asked), step, beyond, found)
+    _along_rows(_down_columns(unwritable(mask)), unwritable(selected), step, beyond, found)
     return found
 
 
 @njit(cache=True, nogil=True)
 def _down_columns(mask):  # type: ignore[no-untyped-def]
-    """Return the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
+    """Return the distance (H, W) to the nearest True cell in a column; at least H + W if none."""
     rows, cols = mask.shape
     down = np.empty((rows, cols), np.int32)
     for row in range(rows):
@@ -62,16 +62,16 @@ def _down_columns(mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _along_rows(down, asked, step, beyond, out):  # type: ignore[no-untyped-def]
-    """Write what :func:`cells_to_nearest` returns; a single row of ``asked`` holds for all."""
+def _along_rows(down, selected, step, beyond, out):  # type: ignore[no-untyped-def]
+    """Write the result of :func:`cells_to_nearest`; ``selected`` may be one row for all."""
     cols, first = down.shape[1], (step - 1) // 2
     lowest = np.empty((3, cols + 1), np.int64)
     for k in range(len(out)):
-        near, is_asked = down[first + k * step], asked[(first + k * step) % len(asked)]
-        begin = np.int64(0)  # one kind of integer, or what it is handed to is compiled twice
+        near, is_selected = down[first + k * step], selected[(first + k * step) % len(selected)]
+        begin = np.int64(0)  # a single integer type, so that the callee is compiled only once
         while begin < cols:
             end = begin
-            while end < cols and is_asked[end]:
+            while end < cols and is_selected[end]:
                 end += 1
             if end == begin:
                 begin += 1
@@ -90,12 +90,12 @@ def _along_rows(down, asked, step, beyond, out):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _lowest_parabolas(near, begin, end, beyond, lowest):  # type: ignore[no-untyped-def]
     """
-    Count the parabolas that are lowest somewhere from ``begin`` to before ``end``, and list them.
+    List the parabolas of the lower envelope from ``begin`` to before ``end``; return their count.
 
-    ``lowest (3, W)`` gets each one's column, its height there and the column from which on it is
-    lowest; columns whose distance is ``beyond`` or more have none.
+    ``lowest (3, W)`` receives each one's column, its height there and the first column where it is
+    lowest. Columns whose distance is ``beyond`` or more have none.
     """
-    # From cell to cell a distance changes by one at most.
+    # A distance changes by at most one from cell to cell.
     low, high, count = begin - near[begin], end + near[end - 1], 0
     for col in range(low if low > 0 else 0, high if high < len(near) else len(near)):
         if near[col] >= beyond:
@@ -103,7 +103,8 @@ def _lowest_parabolas(near, begin, end, beyond, lowest):  # type: ignore[no-unty
         height, since = np.int64(near[col]) ** 2, -1
         while count:
             place = lowest[0, count - 1]
-            # They meet half a column too far right at most: there they are equally low.
+            # The integer crossing is at most half a column too far right; there both are equally
+            # low.
             meet = col * col - place * place + height - lowest[1, count - 1]
             since = math.floor(meet * (0.5 / (col - place))) + 1
             if since > lowest[2, count - 1]:
@@ -116,14 +117,14 @@ def _lowest_parabolas(near, begin, end, beyond, lowest):  # type: ignore[no-unty
 
 
 def clearance_of(free: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the distance (H, W) from each cell to what is not free, beyond the edge too."""
+    """Return the distance (H, W) from each cell to the nearest cell not free or off the raster."""
     return cells_to_nearest(np.pad(~free, 1, constant_values=True))[1:-1, 1:-1]
 
 
 def nearest_labels(
     labels: NDArray[np.int32],
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Return about how many cells (H, W) it is to the nearest label above 0, and that label."""
+    """Return approximate distances (H, W) to the nearest positive label [cells], and the label."""
     is_labelled = labels > 0
     cells, source = cv2.distanceTransformWithLabels(
         (~is_labelled).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
@@ -137,7 +138,7 @@ def near_code(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """
     Return squared distances (H, W) to the nearest True cell, 3 for everything beyond 2.
 
-    Within a cell and its neighbours these are 0, 1 and 2; far cheaper than all distances.
+    Within a cell's eight neighbours they are 0, 1 and 2. This is far cheaper than all distances.
     """
     cells = mask.astype(np.uint8)
     beside = cv2.dilate(cells, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Masks grown, shrunk, opened and closed, in place whatever the size of the kernel."""
+"""Morphology of masks: dilation, erosion, opening, closing and label spreading."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def square(side: int) -> Kernel:
 
 
 def disc(diameter: int) -> Kernel:
-    """Return the kernel (diameter, diameter) of a disc, with a middle cell where it is odd."""
+    """Return the kernel (diameter, diameter) of a disc; it has a central cell if that is odd."""
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter,) * 2), np.uint8)
 
 
 def cross() -> Kernel:
-    """Return the kernel (3, 3) of a cell and the four beside it."""
+    """Return the kernel (3, 3) of a cell and its four neighbours."""
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
 
 
@@ -39,52 +39,52 @@ def grown(mask: Mask, reach: int) -> Mask:
 
 
 def grown_by(mask: Mask, kernel: Kernel) -> Mask:
-    """Return the cells (H, W) that ``kernel (K, K)``, K odd, covers from a cell of the mask."""
+    """Return the mask (H, W) dilated by ``kernel (K, K)``, K odd."""
     return np.asarray(cv2.dilate(mask.view(np.uint8), kernel)).view(np.bool_)
 
 
 def shrunk(mask: Mask, reach: int) -> Mask:
-    """Return ``mask (H, W)`` without what is within ``reach`` of a cell that is not in it."""
+    """Return ``mask (H, W)`` without the cells within ``reach`` of a cell outside it."""
     return shrunk_by(mask, square(2 * reach + 1))
 
 
 def shrunk_by(mask: Mask, kernel: Kernel) -> Mask:
-    """Return the cells (H, W) at which ``kernel (K, K)`` lies in the mask or off the raster."""
+    """Return the mask (H, W) eroded by ``kernel (K, K)``; cells off the raster count as True."""
     return np.asarray(cv2.erode(mask.view(np.uint8), kernel)).view(np.bool_)
 
 
 def opened(mask: Mask, diameter: int) -> Mask:
-    """Return ``mask (H, W)`` without what a disc of ``diameter`` cells does not fit into."""
+    """Return ``mask (H, W)`` opened by a disc of ``diameter`` cells."""
     return opened_by(mask, disc(diameter))
 
 
 def opened_by(mask: Mask, kernel: Kernel, is_beyond: bool = False) -> Mask:
     """
-    Return what of ``mask (H, W)`` copies of ``kernel (K, K)`` cover that fit into it.
+    Return ``mask (H, W)`` opened by ``kernel (K, K)``.
 
-    ``is_beyond`` tells that the mask goes on beyond the edge.
+    ``is_beyond`` is the mask's value beyond the edge.
     """
     side, anchor = len(kernel), (len(kernel) - 1) // 2
     padded = framed(mask, (side, side), (side, side), is_beyond)
-    # Kernels of even size move a mask by a cell unless the second one is the first one mirrored.
+    # With even kernels, only a mirrored kernel in the dilation avoids a shift by one cell.
     eroded = cv2.erode(padded.view(np.uint8), kernel)
     found = cv2.dilate(eroded, kernel[::-1, ::-1], anchor=(anchor, anchor))
     return np.ascontiguousarray(found[side:-side, side:-side]).view(np.bool_)
 
 
 def closed(mask: Mask, side: int) -> Mask:
-    """Return ``mask (H, W)`` with gaps filled that a square of ``side`` cells is too big for."""
+    """Return ``mask (H, W)`` closed by a square of ``side`` cells."""
     return ~opened_by(~mask, square(side), is_beyond=True)
 
 
 def is_peak(values: NDArray[Any], side: int) -> Mask:
-    """Return which of ``values (H, W)`` no other within a square of ``side`` cells exceeds."""
+    """Return which of ``values (H, W)`` are the maximum of their square of ``side`` cells."""
     return np.asarray(values >= cv2.dilate(values, square(side)))
 
 
 def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> NDArray[Label]:
     """
-    Return ``labels (H, W)``, changed in place by so many steps into unlabelled cells of a mask.
+    Spread ``labels (H, W)`` by ``steps`` into unlabelled cells of a mask, in place; return them.
 
     ``into (H, W)`` is the mask. A step reaches as far as ``kernel (3, 3)``, which is symmetric. A
     cell that several labels reach in the same step takes the largest.

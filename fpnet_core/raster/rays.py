@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Places, rays and lines on rasters; compiled where every cell of a map is asked for."""
+"""Lookups, rays and lines on rasters; compiled where every cell of a map is visited."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def nearest_cell(A: Array, x: float, y: float) -> tuple[int, int]:
 
 
 def marked(mask: NDArray[np.bool_], rc: Array, outside: bool) -> NDArray[np.bool_]:
-    """Return ``mask (H, W)`` at the cells nearest to ``rc (..., 2)``, ``outside`` beyond."""
+    """Return ``mask (H, W)`` at the cells nearest to ``rc (..., 2)``, ``outside`` elsewhere."""
     rows, cols = np.floor(rc[..., 0] + 0.5), np.floor(rc[..., 1] + 0.5)
     is_on = (rows >= 0.0) & (cols >= 0.0) & (rows < mask.shape[0]) & (cols < mask.shape[1])
     flat = (rows * mask.shape[1] + cols)[is_on].astype(np.int64)
@@ -45,9 +45,9 @@ def run_lengths(
     step: float = 0.5,
 ) -> Array:
     """
-    Return how far ``mask (H, W)`` stays True on rays, in steps, about up to a limit (...) [cells].
+    Return the lengths (...) of rays in ``mask (H, W)``, in steps and about up to limits [cells].
 
-    Rays go from ``starts (..., 2)`` into ``directions (..., 2)``; all shapes are broadcast.
+    Rays go from ``starts (..., 2)`` along ``directions (..., 2)``; all shapes broadcast.
     """
     limits = np.asarray(limits, np.float64)
     shape = np.broadcast_shapes(starts.shape[:-1], directions.shape[:-1], limits.shape)
@@ -79,14 +79,14 @@ def cells_at(rc: Array, shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDAr
     """
     Return rows and columns (...) of the cells nearest to places ``rc (..., 2)``.
 
-    Places beyond a raster of ``shape`` get the cell of its edge.
+    Places off a raster of ``shape`` are clamped to its edge.
     """
     cells = np.clip(np.rint(rc), 0, np.array(shape[:2]) - 1).astype(np.int64)
     return cells[..., 0], cells[..., 1]
 
 
 def values_at(values: NDArray[Scalar], rc: Array, outside: float) -> NDArray[Scalar]:
-    """Return ``values (H, W)`` at the cells nearest to ``rc (..., 2)``, ``outside`` beyond."""
+    """Return ``values (H, W)`` at the cells nearest to ``rc (..., 2)``, else ``outside``."""
     nearest = np.rint(rc)
     is_inside = ((nearest >= 0) & (nearest < values.shape)).all(axis=-1)
     beyond = np.asarray(outside, values.dtype)
@@ -95,7 +95,7 @@ def values_at(values: NDArray[Scalar], rc: Array, outside: float) -> NDArray[Sca
 
 def draw_line(cells: NDArray[np.uint8], ends: Array) -> None:
     """
-    Set ``cells (H, W)`` along a line to 1, in place; no path of neighbours crosses it.
+    Set ``cells (H, W)`` along a line to 1, in place; no 8-connected path crosses it.
 
     ``ends (2, 2)`` are row and column of its ends.
     """

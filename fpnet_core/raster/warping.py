@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Grids resampled in other frames."""
+"""Resampling of grids in other frames."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def warping_of(
     grid: GridMap, A_map_plan: Affine2D, margin_m: float = 0.0
 ) -> tuple[SE2, tuple[int, int], Affine2D]:
     """
-    Return how a grid is resampled in ``map`` at its own resolution, ``margin_m`` around it.
+    Return how to resample a grid in ``map`` at its own resolution, with ``margin_m`` around it.
 
-    Where the result lies, its columns and rows, and the map from its (column, row) to the grid's,
-    as OpenCV counts them.
+    Returns the origin of the result in ``map``, its columns and rows, and the affine from its
+    (column, row) to the grid's, in OpenCV's convention.
     """
     corners = A_map_plan.apply(corners_xy(grid))
     low = corners.min(axis=0) - margin_m

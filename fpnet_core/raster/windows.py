@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of rasters: the window of a mask, the border, and neighbours; the first of each kind."""
+"""Windows, borders and neighbours of rasters, and the first index of each key."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 
 Mask = NDArray[np.bool_]
 Window = tuple[slice, slice]
-"""Rows and columns, with both ends."""
+"""Rows and columns, with start and stop set."""
 Scalar = TypeVar('Scalar', bound=np.generic)
 
 _ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
 NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
-"""Slices that put each cell beside its right and its upper neighbour."""
+"""Slices that pair each cell with its right and its upper neighbour."""
 
 EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
-"""The same for all four neighbours."""
+"""Slices that pair each cell with each of its four neighbours."""
 
-_LARGE_CELLS = 4_000_000  # numerical: 100 m x 100 m at 5 cm; smaller maps are quickly worked on
-_MARGIN_CELLS = 20  # numerical: so that what surrounds the known part still is unknown
+_LARGE_CELLS = 4_000_000  # numerical: 100 m x 100 m at 5 cm; smaller maps are cheap to process
+_MARGIN_CELLS = 20  # numerical: so that the surroundings of the known part are still unknown
 
 
 def window_of(mask: Mask) -> Window | None:
-    """Return the smallest window that holds all True cells of ``mask (H, W)``; None of none."""
+    """Return the smallest window with all True cells of ``mask (H, W)``; None without any."""
     rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     if not rows.size:
         return None
@@ -37,7 +37,7 @@ def known_window(known: Mask) -> Window:
     """
     Return the window of a map's known cells ``known (H, W)`` with a margin; all of a small map.
 
-    Maps of a drive are often made as large as may be, and most of them is never seen.
+    Recorded maps are often allocated much larger than the area that was seen.
     """
     window = window_of(known) if known.size > _LARGE_CELLS else None
     if window is None:
@@ -51,12 +51,12 @@ def known_window(known: Mask) -> Window:
 
 def cells_of(mask: Mask) -> NDArray[np.int64]:
     """Return row and column (K, 2) of the True cells of ``mask (H, W)``, row by row."""
-    # NumPy looks for both at once ten times as long as for their numbers.
+    # np.nonzero on two axes takes ten times as long as flat indices.
     return np.stack(np.divmod(np.flatnonzero(mask), mask.shape[1]), axis=1)
 
 
 def cropped(values: NDArray[Scalar], window: Window, beyond: float) -> NDArray[Scalar]:
-    """Return a window of ``values (H, W)``; what of it is off the raster is ``beyond``."""
+    """Return a window of ``values (H, W)``; cells off the raster are ``beyond``."""
     inner = tuple(
         slice(max(s.start, 0), min(s.stop, size))
         for s, size in zip(window, values.shape, strict=True)
@@ -77,9 +77,9 @@ def framed(
     values: NDArray[Scalar], before: tuple[int, int], after: tuple[int, int], beyond: float = 0
 ) -> NDArray[Scalar]:
     """
-    Return ``values (H, W)`` in a frame of so many rows and columns of ``beyond`` on either side.
+    Return ``values (H, W)`` padded with ``beyond``: ``before`` and ``after`` rows and columns.
 
-    ``numpy.pad`` takes longer to find out what is asked of it than to pad a room.
+    The overhead of ``numpy.pad`` exceeds the work for a single room.
     """
     (above, left), (rows, cols) = before, values.shape
     size = above + rows + after[0], left + cols + after[1]
@@ -89,11 +89,11 @@ def framed(
 
 
 def border_of(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the outermost rows and columns of ``values (H, W)`` in a row, corners twice."""
+    """Return the outermost rows and columns of ``values (H, W)`` concatenated, corners twice."""
     return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def first_of_each(keys: NDArray[Any], order: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the places (K,) in ``keys (N,)`` at which ``order (N,)`` first meets each key."""
+    """Return the indices (K,) of ``keys (N,)`` at which ``order (N,)`` first meets each key."""
     _, first = np.unique(keys[order], return_index=True)
     return np.asarray(order[np.sort(first)])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From placements and evidence to probabilities and reasons: one learned judge."""
+"""Learned placement scorer: from placements and evidence to probabilities and reasons."""
 
 from fpnet_core.scoring.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
 from fpnet_core.scoring.model import SCORER_NAME, SCORER_SCHEMA, PlacementModel, read_scorer

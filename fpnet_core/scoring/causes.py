@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Why a run has no answer: likely causes, the likeliest first, each with figures and what to type.
+Likely causes of a run without a pose, most likely first, each with numbers and a command to run.
 
-A reason (:mod:`fpnet_core.scoring.reasons`) says what decided one look. A cause is what a person
-can do something about. Those that were put to the test come first: a drawing that fits once it is
-flipped or drawn at another scale needs no further explanation.
+A reason (:mod:`fpnet_core.scoring.reasons`) states what decided one update; a cause is something
+that a user can act on. Causes that were tested come first: if the plan fits once it is flipped or
+rescaled, no further explanation is needed.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ from fpnet_core.scoring.reasons import (
 )
 from fpnet_core.types import Cause, CauseKind
 
-_STANDS_M = 0.5  # physical: whoever has driven less sees what is seen from one place
-_MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
-_SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
+_STANDSTILL_M = 0.5  # physical: a robot that drove less has observed from one place only
+_MANY_RESTARTS = 3  # chosen: a single one may be an odometry node that was restarted
+_SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found by the search
 
 _TESTED = 0.97
-"""Chosen: least weight of a cause that was proved."""
+"""Chosen: lowest weight of a cause confirmed by a test."""
 
-_BESIDE = 0.4  # chosen: weight of what is so, and explains nothing
+_SIDE_FINDING = 0.4  # chosen: weight of a finding that is true but explains nothing
 
-_UPSIDE_DOWN = '; so it would if the scanner hung upside down and /tf_static did not say so'
+_UPSIDE_DOWN = '; a scanner mounted upside down has the same effect if /tf_static has it upright'
 _WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
 
 
 def causes_of(found: Findings, invocation: Invocation | None = None) -> tuple[Cause, ...]:
-    """Return the likely causes, the likeliest first; at least one."""
+    """Return the likely causes, most likely first; at least one."""
     invocation = invocation or Invocation()
     weighed = [each for of in _EVERY for each in of(found, invocation)]
     ranked = sorted(weighed, key=lambda each: (-each[0], _LISTED[each[1].kind]))
     if ranked and ranked[0][0] >= _TESTED:
-        # What was proved leaves nothing for guesses to explain.
+        # A confirmed cause leaves nothing for guesses to explain.
         ranked = [ranked[0], *(each for each in ranked[1:] if each[1].kind not in _GUESSES)]
     return tuple(cause for _, cause in ranked) or (_undecided(found, invocation),)
 
@@ -73,7 +73,7 @@ def _scale(found: Findings, invocation: Invocation) -> _Weighed:
     low, high = found.scales
     if found.scale_conflict is not None and (fit is None or fit.probability < PROVED):
         said = found.scale_conflict.said_at(found.resolution_m)
-        evidence = f'{said}; {found.resolution_m:.3g} was taken'
+        evidence = f'{said}; {found.resolution_m:.3g} was used'
         once = invocation.again('--set', 'localizer.scale_policy=unknown')
         yield _TESTED, Cause(CauseKind.SCALE, evidence, once)
     elif fit is not None:
@@ -87,10 +87,10 @@ def _scale(found: Findings, invocation: Invocation) -> _Weighed:
         return
     if low * edge < best.scale < high / edge:
         return
-    limit = 'least' if best.scale <= low * edge else 'most'
+    limit = 'lowest' if best.scale <= low * edge else 'highest'
     evidence = (
-        f'the walls fit best at {best.scale:.2f} times the stated scale, the {limit} that was '
-        f'searched ({low:.2f} to {high:.2f})'
+        f'best fit at {best.scale:.2f} times the stated scale, the {limit} searched '
+        f'({low:.2f} to {high:.2f})'
     )
     once = invocation.again('--set', 'localizer.scale_policy=unknown')
     yield 0.3, Cause(CauseKind.SCALE, evidence, once)
@@ -99,9 +99,9 @@ def _scale(found: Findings, invocation: Invocation) -> _Weighed:
 def _scale_found(found: Findings, fit: Fit, invocation: Invocation) -> Cause:
     low, high = found.scales
     evidence = (
-        f'{percent(fit.explained)} of {metres(found.walls_m)} of wall fit at {fit.scale:.2f} '
-        f'times the scale that was taken (p {fit.probability:.2f}); searched were {low:.2f} to '
-        f'{high:.2f}'
+        f'{percent(fit.explained)} of {metres(found.walls_m)} of observed wall fit at '
+        f'{fit.scale:.2f} times the scale used (p {fit.probability:.2f}); the search covered '
+        f'{low:.2f} to {high:.2f}'
     )
     if not found.says_scale:
         again = invocation.again('--set', 'localizer.scale_policy=unknown')
@@ -115,12 +115,12 @@ def _scale_found(found: Findings, fit: Fit, invocation: Invocation) -> Cause:
 def _mirrored(found: Findings, invocation: Invocation) -> _Weighed:
     fit = found.mirror
     if found.sensed.is_upside_down:
-        evidence = 'the floor is above it, so that left is right in all that it sees'
+        evidence = 'the floor is above it, so its scans are mirrored'
         yield 1.0, Cause(CauseKind.UPSIDE_DOWN, evidence, invocation.doctor())
         return
     if fit is None:
         if found.is_mirrored:
-            evidence = f"what was seen fits the floorplan's mirror image only{_UPSIDE_DOWN}"
+            evidence = f'the observations fit only the mirrored floorplan{_UPSIDE_DOWN}'
             yield 1.0, Cause(CauseKind.MIRRORED, evidence, invocation.flipped())
         return
     drawn = found.best.probability if found.best else 0.0
@@ -131,8 +131,8 @@ def _mirrored(found: Findings, invocation: Invocation) -> _Weighed:
         return
     explained = found.best.explained if found.best else 0.0
     evidence = (
-        f'the mirror image explains {percent(fit.explained)} of {metres(found.walls_m)} of wall '
-        f'(p {fit.probability:.2f}), the drawing {percent(explained)}{_UPSIDE_DOWN}'
+        f'the mirror image explains {percent(fit.explained)} of {metres(found.walls_m)} of '
+        f'observed wall (p {fit.probability:.2f}), the plan {percent(explained)}{_UPSIDE_DOWN}'
     )
     weight = 1.0 if found.is_mirrored else _tested(fit.probability)
     yield weight, Cause(CauseKind.MIRRORED, evidence, invocation.flipped())
@@ -148,16 +148,16 @@ def _other_plan(found: Findings, invocation: Invocation) -> _Weighed:
         *(['at other scales'] if found.rescaled else []),
         *(['mirrored'] if found.mirror else []),
     ]
-    nor = f', nor does it fit {" or ".join(tried)}' if tried else ''
+    nor = f'; it does not fit {" or ".join(tried)} either' if tried else ''
     evidence = (
-        f'the best place explains {percent(explained)} of {metres(found.walls_m)} of wall '
-        f'(a right one: {percent(EXPLAINED_WELL)} or more){nor}'
+        f'the best placement explains {percent(explained)} of {metres(found.walls_m)} of observed '
+        f'wall (a correct one: {percent(EXPLAINED_WELL)} or more){nor}'
     )
     if found.early is not None and found.has_drifted_later:
-        evidence += f'; nor do its first metres, before drift: {percent(found.early.explained)}'
+        evidence += f'; of the first metres, before drift, {percent(found.early.explained)}'
     again = invocation.on('OTHER_PLAN')
     if found.storeys > 1:
-        evidence += f'; the sheet holds {found.storeys} storeys'
+        evidence += f'; the sheet contains {found.storeys} storeys'
         again = invocation.again('--storey', str(1 if found.storey != 1 else 2))
     missing = min(1.0, (EXPLAINED_WELL - explained) / 0.3)
     weight = (0.6 if found.has_seen_much else 0.35) + 0.2 * missing
@@ -166,31 +166,31 @@ def _other_plan(found: Findings, invocation: Invocation) -> _Weighed:
 
 def _input(found: Findings, invocation: Invocation) -> _Weighed:
     if found.is_blind:
-        evidence = 'scans have come, and not one return of them is a wall within reach'
+        evidence = 'scans are received, but no return is a wall within range'
         yield 1.0, Cause(CauseKind.INPUT, evidence, invocation.doctor())
     elif found.sensed.are_rare:
         evidence = (
-            f'{found.sensed.matched_hz:.1f} scans a second, and no other odometry: matching them '
-            f'takes {FEWEST_HZ:.0f} or more where a robot turns'
+            f'{found.sensed.matched_hz:.1f} scans per second, and no other odometry: scan '
+            f'matching needs {FEWEST_HZ:.0f} or more while the robot turns'
         )
         poses = invocation.again('--poses', 'POSES.tum')
-        again = f'record all scans or odometry as well, or bring poses: {poses}'
+        again = f'record all scans, or odometry as well, or provide poses: {poses}'
         yield 0.88, Cause(CauseKind.RARE_SCANS, evidence, again)
 
 
 def _too_little(found: Findings, invocation: Invocation) -> _Weighed:
     if found.is_blind:
         return
-    if found.driven_m < _STANDS_M:
+    if found.driven_m < _STANDSTILL_M:
         evidence = (
             f'the robot stood still ({found.driven_m:.1f} m driven): {metres(found.walls_m)} of '
-            f'wall and {round(found.seen_m2)} m² from one place'
+            f'wall and {round(found.seen_m2)} m² observed from one place'
         )
         yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(invocation))
         return
     if found.seen_m2 < found.needed_m2:
         evidence = (
-            f'{math.floor(found.seen_m2)} m² of floor, and a first look takes '
+            f'{math.floor(found.seen_m2)} m² of floor observed, and the first update needs '
             f'{math.ceil(found.needed_m2)} m²'
         )
         yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(invocation))
@@ -198,13 +198,13 @@ def _too_little(found: Findings, invocation: Invocation) -> _Weighed:
     if found.has_seen_much:
         return
     of = f' of the {round(found.plan_m2)} m² on the plan' if found.plan_m2 else ''
-    evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m²{of}'
+    evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m²{of} observed'
     weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < FEW_WALLS_M else 0.5
     yield weight, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(invocation))
 
 
 def _drift(found: Findings, invocation: Invocation) -> _Weighed:
-    if found.sensed.are_rare:  # the cause of it
+    if found.sensed.are_rare:  # the cause of the drift
         return
     better = invocation.again(
         *(('--odometry', 'both') if invocation.of_bag else ('--poses', 'POSES.tum'))
@@ -212,58 +212,58 @@ def _drift(found: Findings, invocation: Invocation) -> _Weighed:
     drift = found.drift
     if isinstance(drift, DoubleWalls):
         evidence = (
-            f'walls seen again after {metres(drift.path_m)} lie {drift.shift_m:.1f} m and '
-            f'{drift.turn_deg:.0f} degrees beside the first ones ({percent(drift.before)} of '
-            f'them agree, {percent(drift.after)} once moved there)'
+            f'walls revisited after {metres(drift.path_m)} are displaced by {drift.shift_m:.1f} m '
+            f'and {drift.turn_deg:.0f} degrees ({percent(drift.before)} of them agree with the '
+            f'first pass, {percent(drift.after)} after correction)'
         )
-        yield _after(found, 0.84), Cause(CauseKind.DRIFT, evidence, better)
+        yield _drift_weight(found, 0.84), Cause(CauseKind.DRIFT, evidence, better)
     elif isinstance(drift, TurningWalls):
         evidence = (
-            f'the walls turn steadily, by {drift.turn_deg:.0f} degrees over '
-            f'{metres(drift.path_m)}: a round building, or odometry that turns'
+            f'the wall direction turns steadily, by {drift.turn_deg:.0f} degrees over '
+            f'{metres(drift.path_m)}: a round building, or heading drift'
         )
-        yield _after(found, 0.82), Cause(CauseKind.DRIFT, evidence, better)
+        yield _drift_weight(found, 0.82), Cause(CauseKind.DRIFT, evidence, better)
     elif found.restarts - found.contradictions >= _MANY_RESTARTS:
         evidence = (
-            f'the submap began anew {found.restarts} times: odometry jumps or flips, or a clock '
-            'goes back'
+            f'the submap was restarted {found.restarts} times: odometry jumps or flips, or a '
+            'clock goes back'
         )
         yield 0.86, Cause(CauseKind.DRIFT, evidence, invocation.doctor())
     elif found.contradictions:
-        evidence = f'at {found.contradictions} looks the newest walls did not fit a pose claimed'
+        evidence = f'in {found.contradictions} updates the newest scans contradicted the pose'
         yield 0.81, Cause(CauseKind.DRIFT, evidence, better)
 
 
-def _after(found: Findings, weight: float) -> float:
-    """Return the weight of drift, which explains nothing that was there before it."""
-    return _BESIDE if found.has_drifted_later else weight
+def _drift_weight(found: Findings, weight: float) -> float:
+    """Return the weight of drift; low if the placement did not fit before the drift either."""
+    return _SIDE_FINDING if found.has_drifted_later else weight
 
 
 def _self_similar(found: Findings, invocation: Invocation) -> _Weighed:
     if found.storeys_alike:
         listed = ', '.join(f'{name} (p {p:.2f})' for name, p in found.storeys_alike.items())
-        evidence = f'nothing seen so far tells storeys apart: {listed}'
-        known = f'drive to where they differ, or name the one: {invocation.on_one_storey()}'
+        evidence = f'the observations do not separate these storeys: {listed}'
+        known = f'drive to where they differ, or select one: {invocation.on_one_storey()}'
         yield 0.8, Cause(CauseKind.SELF_SIMILAR, evidence, known)
     if not found.is_ambiguous:
         return
     shares = ', '.join(percent(share) for share in found.alike[:4])
     more = f' and {len(found.alike) - 4} more' if len(found.alike) > 4 else ''
     evidence = (
-        f'{len(found.alike)} places explain the {metres(found.walls_m)} of wall alike: '
-        f'{shares}{more}'
+        f'{len(found.alike)} places explain the {metres(found.walls_m)} of observed wall equally '
+        f'well: {shares}{more}'
     )
     look = (
-        f'{invocation.look("check-plan", "--plot", "alike.png")} and drive to where rooms differ'
+        f'{invocation.look("check-plan", "--plot", "alike.png")}, then drive to where rooms differ'
     )
     yield 0.55 if found.has_seen_much else 0.45, Cause(CauseKind.SELF_SIMILAR, evidence, look)
 
 
 def _undecided(found: Findings, invocation: Invocation) -> Cause:
-    """Return what is left to say where nothing speaks against the plan."""
+    """Return the cause if no finding contradicts the plan."""
     explained = f'{percent(found.best.explained)} of ' if found.best else ''
-    evidence = f'nothing speaks against the plan, and {explained}{metres(found.walls_m)} of wall '
-    evidence += 'fit: more of them would decide'
+    evidence = f'no finding contradicts the plan, and {explained}{metres(found.walls_m)} of wall '
+    evidence += 'fit: more observations would decide'
     return Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(invocation))
 
 
@@ -272,12 +272,12 @@ def _drive_on(invocation: Invocation) -> str:
 
 
 def _explains_more(fit: Fit, found: Findings) -> bool:
-    """Tell whether a fit of another look explains more than the search as it was configured."""
+    """Return whether a fit explains more than the search as configured did."""
     return found.best is None or fit.explained >= found.best.explained + AS_WELL
 
 
 def _tested(probability: float) -> float:
-    """Return the weight of a cause that was put to the test, by the ``probability`` it led to."""
+    """Return the weight of a tested cause by the ``probability`` of the resulting fit."""
     if probability >= PROVED:
         return _TESTED + (1.0 - _TESTED) * probability
     return 0.75 if probability >= LIKELY else 0.3

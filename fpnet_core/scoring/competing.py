@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Placements against each other, where they disagree: equal halves must come out equal."""
+"""Pairwise comparison of placements where they disagree; symmetric evidence cancels out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
 NOISE_M = 1.0
-"""Contested length that tells nothing: walls are seen in pieces of about this length. Chosen."""
+"""Contested length that counts as noise: walls are observed in pieces this long. Chosen."""
 
 _ALONE = (
     'rival_net', 'rival_bent_net', 'rival_z', 'rival_contested',
@@ -28,9 +28,9 @@ class Explained:
     """
     Which of a submap's walls each of ``C`` placements explains.
 
-    ``likelihood`` and ``bent_likelihood (C, P)`` of the wall samples, as drawn and on the bent
-    drawing; a sample stands for ``metres``. Placements of one submap on different drawings have
-    the same samples.
+    ``likelihood`` and ``bent_likelihood (C, P)`` are those of the wall samples on the plan as
+    drawn and deformed; a sample represents ``metres``. Placements of one submap on different plans
+    use the same samples.
     """
 
     likelihood: NDArray[np.float32]
@@ -38,11 +38,11 @@ class Explained:
     metres: float
 
     def take(self, index: NDArray[np.int64]) -> Explained:
-        """Return that of the placements at ``index``."""
+        """Return the values of the placements at ``index``."""
         return Explained(self.likelihood[index], self.bent_likelihood[index], self.metres)
 
     def joined(self, other: Explained) -> Explained:
-        """Return that of both's placements."""
+        """Return the values of the placements of both."""
         return Explained(
             np.concatenate([self.likelihood, other.likelihood]),
             np.concatenate([self.bent_likelihood, other.bent_likelihood]),
@@ -51,7 +51,7 @@ class Explained:
 
 
 def rival_figures(figures: Figures, explained: Explained) -> Figures:
-    """Return each placement's figures against its strongest rival, ``(C,)`` each."""
+    """Return each placement's features relative to its strongest competitor, ``(C,)`` each."""
     count = len(explained.likelihood)
     if count == 1:
         alone = dict.fromkeys(_ALONE, np.zeros(1))
@@ -63,7 +63,7 @@ def rival_figures(figures: Figures, explained: Explained) -> Figures:
     bent_net, _ = kernels.contested(explained.bent_likelihood)
     other = ~np.eye(count, dtype=np.bool_)
     rows = np.arange(count)
-    # The strongest rival explains most of the walls that only one of both explains.
+    # The strongest competitor explains most of the walls that only one of the two explains.
     rival = np.where(other, bent_net, np.inf).argmin(axis=1)
     net_m, bent_m, total_m = (x[rows, rival] * explained.metres for x in (net, bent_net, total))
     match = figures['match_rooms'] + figures['match_doors']

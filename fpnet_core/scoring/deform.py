@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A small, smooth, penalised deformation of the drawing under a placement.
+Small, smooth, penalised deformation of the plan under a placement.
 
-Drawings are off locally: one corridor a little too short moves all that lies behind it. The
-submap's walls are taken in patches; each may shift a little on the plan to where more of its walls
-are drawn, at a price for moving at all and a higher one for moving unlike its neighbours.
+Plans have local errors: a corridor drawn a little too short displaces everything behind it. The
+submap's walls are split into patches. Each patch may shift to where the plan explains more of its
+walls, with a penalty for the shift and a higher one for differing from its neighbours.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ Array = NDArray[np.float64]
 
 WIDTH_M = 0.2
 """
-Walls agree within about this: the accuracy of drawings and of a raster's cell together. Chosen.
+Distance within which walls agree: accuracy of the plan plus one raster cell. Chosen.
 """
 
 PATCH_M = 4.0
-"""Edge of a patch: rooms and stretches of corridor move as a whole. Chosen."""
+"""Edge of a patch: rooms and pieces of corridor shift as a whole. Chosen."""
 
-_STEP_M, _REACH = 0.25, 3  # numerical: shifts tried: so many steps to each side
+_STEP_M, _REACH = 0.25, 3  # numerical: step of the shifts, and steps tried to each side
 # Chosen, not measured:
-_STIFFNESS = 6.0  # wall samples that a shift of 1 m against the neighbours must explain
-_ANCHOR = 1.5  # the same for a shift of 1 m against the placement
+_STIFFNESS = 6.0  # wall samples that justify a shift of 1 m relative to the neighbours
+_ANCHOR = 1.5  # the same for a shift of 1 m relative to the placement
 _SWEEPS = 4  # numerical
 
 
@@ -52,12 +52,12 @@ class Patches:
 @dataclass(frozen=True, eq=False)
 class Deformation:
     """
-    How ``C`` placements bend the drawing.
+    Deformation of the plan under each of ``C`` placements.
 
     ``shift_cells (C, B, 2)`` in cells of the plan's raster (row, col); ``size_m`` and
-    ``roughness_m (C,)`` are root mean squares over walls of the shift and of its difference to
-    the neighbours'. ``contrast_mean`` and ``contrast_least (C,)``: by how much the support falls
-    when the whole map is shifted, in the mean over directions and in the least telling one.
+    ``roughness_m (C,)`` are root mean squares over the walls of the shift and of its difference to
+    the neighbours' mean. ``contrast_mean`` and ``contrast_least (C,)`` are the drops in support
+    when the whole map is shifted: mean over directions, and in the least informative one.
     """
 
     shift_cells: Array
@@ -68,7 +68,7 @@ class Deformation:
 
 
 def patches_of(walls: Array, sub: MapEvidence) -> Patches:
-    """Cut a submap and its ``walls (P, 2)`` into square patches."""
+    """Split a submap and its ``walls (P, 2)`` into square patches."""
     size = max(1, round(PATCH_M / sub.cell_m))
     rows, cols = sub.wall_distance.shape
     down, across = -(-rows // size), -(-cols // size)
@@ -78,7 +78,7 @@ def patches_of(walls: Array, sub: MapEvidence) -> Patches:
     rc = np.rint(walls @ A[:, :2].T + A[:, 2]).astype(np.int64)
     rc = np.clip(rc, 0, np.array([rows - 1, cols - 1]))
     used = of_cell[rc[:, 0], rc[:, 1]]
-    # Patches without walls follow nobody and are asked by nobody but drawn walls.
+    # Patches without walls follow their neighbours; only plan walls look up their shifts.
     grid = np.arange(down * across).reshape(down, across)
     padded = np.pad(grid, 1, constant_values=-1)
     around = [
@@ -89,7 +89,7 @@ def patches_of(walls: Array, sub: MapEvidence) -> Patches:
 
 
 def deform(plan: MapEvidence, to_plan: Array, walls: Array, patches: Patches) -> Deformation:
-    """Bend the drawing under each placement ``to_plan (C, 2, 3)``, metres to the plan's cells."""
+    """Deform the plan under each placement ``to_plan (C, 2, 3)``, metres to the plan's cells."""
     step = max(1, round(_STEP_M / plan.cell_m))
     steps = np.arange(-_REACH, _REACH + 1) * step
     offsets = np.stack(np.meshgrid(steps, steps, indexing='ij'), axis=-1).reshape(-1, 2)

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What speaks for and against each placement of a submap on a plan, as figures.
+Features for and against each placement of a submap on a plan.
 
-Walls at several widths, before and after a small smooth deformation of the drawing; free space
-that drawn walls deny; drawn walls that were not seen; rooms and doors as a whole; the matcher's
-own opinion; and rivals, which are compared only where they disagree. The figures do not depend on
-how either map is turned or where it lies, nor on the order of the placements.
+They cover walls at several widths, before and after a small smooth deformation of the plan; plan
+walls contradicted by observed free space; plan walls not observed; whole rooms and doors; the
+matcher's probabilities; and competitors, compared only where they disagree. The features do not
+depend on the rotation or position of either map, nor on the order of the placements.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ FIGURES = (
     'rival_net', 'rival_bent_net', 'rival_z', 'rival_contested', 'rival_score', 'rival_bent_score',
     'rival_doors', 'rival_rooms', 'rival_match', 'rival_denied',
 )  # fmt: skip
-"""Figures of one placement, in the order of the columns."""
+"""Features of one placement, in the order of the columns."""
 
 CONTEXT = (
     'log_walls_m', 'log_free_m2', 'log_rooms', 'log_doors', 'log_plan_m2', 'plan_density',
     'log_placements', 'scale_range', 'straightness', 'best_score', 'second_score', 'mean_score',
 )  # fmt: skip
-"""Figures of the whole comparison."""
+"""Features of the whole comparison."""
 
 Figures = dict[str, Array]
 
@@ -56,11 +56,11 @@ Figures = dict[str, Array]
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """
-    Figures of ``C`` placements and of the comparison as a whole, float32.
+    Features of ``C`` placements and of the comparison as a whole, float32.
 
-    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)``, in their order. ``explained``
-    is which walls each placement explains; None where that was not kept, and then rivals on other
-    drawings cannot be compared with.
+    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)`` are in that order. ``explained``
+    holds which walls each placement explains; None if it was discarded, and then placements on
+    other plans cannot be compared.
     """
 
     figures: NDArray[np.float32]
@@ -68,12 +68,12 @@ class Evidence:
     explained: Explained | None = None
 
     def take(self, index: NDArray[np.int64]) -> Evidence:
-        """Return the evidence of the placements at ``index`` in that order."""
+        """Return the evidence of the placements at ``index``, in that order."""
         kept = None if self.explained is None else self.explained.take(index)
         return Evidence(self.figures[index], self.context, kept)
 
     def joined(self, other: Evidence) -> Evidence:
-        """Return the evidence of both's placements, in the context of this one."""
+        """Return the evidence of the placements of both, in the context of this one."""
         both = None
         if self.explained is not None and other.explained is not None:
             both = self.explained.joined(other.explained)
@@ -81,11 +81,11 @@ class Evidence:
 
     @property
     def figures_only(self) -> Evidence:
-        """The evidence without which walls are explained: a hundredth of the memory."""
+        """The evidence without ``explained``: a hundredth of the memory."""
         return replace(self, explained=None)
 
     def of(self, name: str) -> NDArray[np.float32]:
-        """Return one figure of every placement, ``(C,)``."""
+        """Return one feature of every placement, ``(C,)``."""
         return self.figures[:, FIGURES.index(name)]
 
     def __len__(self) -> int:
@@ -95,9 +95,9 @@ class Evidence:
 
 def on_one_plan(drawn: Sequence[Evidence]) -> Evidence:
     """
-    Return the evidence of one submap on several drawings as if these were one, in their order.
+    Return the evidence of one submap on several plans, treated as one plan, in their order.
 
-    Placements on all of them are rivals; what is known of the whole is known of all together.
+    Placements on all plans compete, and the context covers all plans.
     """
     told = [each for each in drawn if len(each)] or drawn[:1]
     both = functools.reduce(Evidence.joined, told)
@@ -113,7 +113,7 @@ def on_one_plan(drawn: Sequence[Evidence]) -> Evidence:
 
 
 def _of_all_drawings(told: Sequence[Evidence]) -> dict[str, float]:
-    """Return the figures of the comparison that hang on the drawing, of all drawings as one."""
+    """Return the context features that depend on the plan, for all plans as one."""
     log_m2, density, straightness, scale_range = (
         np.array([each.context[CONTEXT.index(name)] for each in told], dtype=np.float64)
         for name in ('log_plan_m2', 'plan_density', 'straightness', 'scale_range')
@@ -135,18 +135,18 @@ def gather_evidence(
     scale_range: float,
 ) -> Evidence:
     """
-    Return the evidence for ``C`` placements.
+    Return the evidence of ``C`` placements.
 
     Parameters
     ----------
-    plan, sub : both sides, in metres
-    placements : any number, of the submap's metres on the plan's
-    match : what the matcher said of the regions of both sides
-    scale_range : logarithm of the largest over the smallest scale that was searched
+    plan, sub : both maps, in metres
+    placements : any number, from the submap's metres to the plan's
+    match : the matcher's result for the regions of both maps
+    scale_range : logarithm of the ratio of the largest to the smallest scale searched
 
     Returns
     -------
-    Evidence; zeros where there are no placements or the submap has no walls.
+    Evidence; zeros if there are no placements or the submap has no walls.
     """
     count = len(placements)
     if count == 0 or not len(sub.evidence.walls):
@@ -177,7 +177,7 @@ def _placement_figures(placements: Placements) -> Figures:
 
 
 def _score(figures: Figures, kind: str) -> Array:
-    """Return the agreement of both maps' walls, less free space outside."""
+    """Return the agreement of both maps' walls, minus the share of free space outside."""
     walls = np.sqrt(figures[kind + 'support'] * figures[kind + 'seen'])
     return np.asarray(walls - figures['outside'])
 
@@ -202,9 +202,9 @@ def _context(
 
 def _contest(bent_score: Array) -> dict[str, float]:
     """
-    Return what tells how many placements there are, and how the best of them compare.
+    Return the number of placements and how the best of them compare.
 
-    Several drawings have more placements than the one plan of a trial: as many count.
+    Only the best ``MAX_ESTIMATES`` count: training trials had one plan and no more placements.
     """
     ranked = np.sort(bent_score)[::-1][:MAX_ESTIMATES]
     return {

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a run without an answer, from which its causes are told."""
+"""Findings about a run without a pose, from which its causes are derived."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from fpnet_core.scoring.scorer import Posterior
 from fpnet_core.segmentation import ScaleEstimate
 
 PROVED, LIKELY, POSSIBLE = 0.9, 0.5, 0.1
-"""Chosen: how probable a placement of another look is for its cause to be proved, likely, or
-worth a word."""
+"""Chosen: probabilities of a placement found by a further test, at which its cause counts as
+proved, likely, or possible."""
 
 FEWEST_HZ = 4.0
-"""Scans a second that can be matched: a robot turns by 15 degrees in between. Chosen."""
+"""Scans per second that scan matching needs: a robot turns by 15 degrees in between. Chosen."""
 
-_MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
-_EARLY_MARGIN = 0.05  # chosen: little wall tells less
-_MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
+_MUCH_SHARE = 0.25  # chosen: share of the plan's floor that is enough to be localized
+_EARLY_MARGIN = 0.05  # chosen: a short piece of wall is less reliable
+_MUCH_M2 = 60.0  # physical: three rooms, enough to be localized
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The best placement of a look: its probability, share of the walls explained, mean scale."""
+    """Best placement of a search: its probability, share of walls explained, and mean scale."""
 
     probability: float
     explained: float
@@ -37,7 +37,7 @@ class Fit:
 
     @classmethod
     def of(cls, posterior: Posterior) -> Fit | None:
-        """Return that of a verdict, None where there is no placement."""
+        """Return the best placement of a posterior; None if there is none."""
         if not len(posterior.placements):
             return None
         explained = float(_explained(posterior)[0])
@@ -47,10 +47,10 @@ class Fit:
 @dataclass(frozen=True)
 class DoubleWalls:
     """
-    How walls that were seen again lie beside where they were first seen.
+    Displacement between two observations of the same walls.
 
-    They are ``shift_m`` and ``turn_deg`` off after ``path_m`` of driving; ``before`` and ``after``
-    are the shares of them on first walls before and after that is undone.
+    They differ by ``shift_m`` and ``turn_deg`` after ``path_m`` of driving; ``before`` and
+    ``after`` are the shares of them on the first observation before and after correction.
     """
 
     shift_m: float
@@ -62,7 +62,7 @@ class DoubleWalls:
 
 @dataclass(frozen=True)
 class TurningWalls:
-    """Walls whose direction turns steadily, by ``turn_deg`` in all over ``path_m``."""
+    """Walls whose direction turns steadily, by ``turn_deg`` in total over ``path_m``."""
 
     turn_deg: float
     path_m: float
@@ -71,10 +71,10 @@ class TurningWalls:
 @dataclass(frozen=True)
 class Sensed:
     """
-    What the scans themselves tell.
+    Findings from the scans alone.
 
-    ``is_upside_down``: what looks like the ceiling is the floor. ``matched_hz`` is how often scans
-    come that alone tell the robot's motion; infinite where there is other odometry.
+    ``is_upside_down``: the apparent ceiling is the floor. ``matched_hz`` is the rate of scans if
+    scan matching is the only odometry; infinite otherwise.
     """
 
     is_upside_down: bool = False
@@ -82,41 +82,41 @@ class Sensed:
 
     @property
     def are_rare(self) -> bool:
-        """Tell whether scans come too rarely to be matched with each other."""
+        """Whether scans are too infrequent for scan matching."""
         return self.matched_hz < FEWEST_HZ
 
 
 @dataclass(frozen=True)
 class Findings:
     """
-    What is known of a run without an answer.
+    Everything known about a run without a pose.
 
     Parameters
     ----------
-    walls_m, seen_m2 : walls and floor seen
-    plan_m2 : floor of the plan; 0 where there is none yet
-    needed_m2 : floor that a first look takes
-    best : of the search as it was configured
-    alike : shares of the walls that the best and all places like it explain, best first
-    alike_probability : of all these places together
-    storeys_alike : probabilities of storeys that nothing tells apart, by name
+    walls_m, seen_m2 : observed walls and floor
+    plan_m2 : floor of the plan; 0 without a plan
+    needed_m2 : floor that the first update needs
+    best : of the search as configured
+    alike : shares of the walls that the best placement and all similar ones explain, best first
+    alike_probability : sum over these placements
+    storeys_alike : probabilities of storeys that cannot be told apart, by name
     scales : smallest and largest that was searched, in ``best``'s unit
     resolution_m : of the drawing's pixels, in the metres that ``scales`` refer to
-    is_mirrored : the mirror image alone fits, as was decided over time
-    rescaled : best over a much wider range of scales; None where nobody has looked
-    mirror : best on the plan's mirror image; None where nobody has looked
-    doubts : what speaks against the reading of the drawing
-    storeys, storey : on the sheet, and which of them it was
-    drift : None where the walls agree with each other, as far as they were seen twice
-    early : best of the first metres, on which odometry hardly drifts; None where nobody has looked
-    contradictions : looks at which the newest walls did not fit a claim
-    restarts : times that the submap began anew, those of contradictions among them
-    is_blind : scans have come, and none of them has shown a wall
-    denial : what the drawing's rooms, doors and walls say where they deny the scale stated
-    says_scale : the drawing's resolution can be told from what was found: the robot's map is
+    is_mirrored : only the mirror image fits, decided over several updates
+    rescaled : best over a much wider range of scales; None if not tested
+    mirror : best on the plan's mirror image; None if not tested
+    doubts : parser warnings about the drawing
+    storeys, storey : number on the sheet, and the selected one
+    drift : None if the walls agree with each other where they were observed twice
+    early : best of the first metres, on which odometry hardly drifts; None if not tested
+    contradictions : updates in which the newest walls contradicted the pose
+    restarts : number of restarts of the submap, including those by contradictions
+    is_blind : scans were received, but none of them contained a wall
+    scale_conflict : scale by the plan's rooms, doors and walls if it contradicts the stated one
+    says_scale : the drawing's resolution can be derived from the fit, since the robot's map is
         in metres
-    driven_m : by odometry, while the submap grew; infinite where nobody knows
-    sensed : what the scans themselves tell
+    driven_m : by odometry, while the submap grew; infinite if unknown
+    sensed : findings from the scans alone
     """
 
     walls_m: float
@@ -147,24 +147,24 @@ class Findings:
 
     @property
     def has_seen_much(self) -> bool:
-        """Tell whether a right plan would have been recognised by now."""
+        """Whether the observations would suffice to recognise a correct plan."""
         share = self.seen_m2 / self.plan_m2 if self.plan_m2 else 0.0
         return self.walls_m >= FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
 
     @property
     def has_drifted_later(self) -> bool:
-        """Tell whether drift explains nothing: what was seen before it fits nowhere, either."""
+        """Whether drift explains nothing, because the part before it fits nowhere either."""
         return self.early is not None and self.early.explained < EXPLAINED_WELL - _EARLY_MARGIN
 
     @property
     def is_ambiguous(self) -> bool:
-        """Tell whether the robot is in one of several places that are alike."""
+        """Whether the robot is in one of several places that look alike."""
         fits = bool(self.alike) and self.alike[0] >= EXPLAINED_WELL
         return len(self.alike) > 1 and (fits or self.alike_probability >= LIKELY)
 
 
 def alike(posterior: Posterior) -> tuple[tuple[float, ...], float]:
-    """Return what the best placement and all like it explain of the walls, and are probable by."""
+    """Return the shares of walls explained by the best and similar placements, and their sum p."""
     if not len(posterior.placements):
         return (), 0.0
     shares, p = _explained(posterior), posterior.placements.probability
@@ -173,13 +173,13 @@ def alike(posterior: Posterior) -> tuple[tuple[float, ...], float]:
 
 
 def storeys_alike(probable: Mapping[str, float]) -> dict[str, float]:
-    """Return the probabilities of storeys that nothing tells apart; none of storeys unlike."""
+    """Return the probabilities of storeys that cannot be told apart; empty if one stands out."""
     best = max(probable.values(), default=0.0)
     near = {name: p for name, p in probable.items() if p >= POSSIBLE * best}
     return near if len(near) > 1 and sum(near.values()) >= LIKELY else {}
 
 
 def _explained(posterior: Posterior) -> NDArray[np.float64]:
-    """Return the share of the walls that each placement explains, bent or not, ``(C,)``."""
+    """Return the share of the walls that each placement explains, deformed or not, ``(C,)``."""
     figures = posterior.evidence
     return np.maximum(figures.of('support'), figures.of('bent_support')).astype(np.float64)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Compiled look-ups behind the judge's evidence.
+Compiled lookups for the evidence of the placement scorer.
 
 Letters: ``C`` placements, ``P`` wall samples of the submap, ``F`` its free samples, ``Q`` wall
-samples of the plan, ``B`` patches of the submap, ``S`` local shifts that are tried.
-``A (C, 2, 3)`` always maps a side's metres to fractional (row, col) of the other side's raster.
+samples of the plan, ``B`` patches of the submap, ``S`` local shifts to try.
+``A (C, 2, 3)`` always maps metres of one map to fractional (row, col) of the other map's raster.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def shift_table(
     """
     Return the wall support of every patch under every local shift, ``(C, B, S) float32``.
 
-    Sums of ``likelihood`` over a patch's walls; ``offsets (S, 2)`` are cells of the plan's raster.
+    It sums ``likelihood`` over a patch's walls; ``offsets (S, 2)`` are cells of the plan's raster.
     """
     rows, cols = likelihood.shape
     flat, ahead = likelihood.reshape(-1), offsets[:, 0] * cols + offsets[:, 1]
@@ -65,9 +65,9 @@ def smooth_shifts(
     sweeps: int,
 ) -> Ints:
     """
-    Return the shift of each patch that explains its walls without tearing, ``(C, B) int64``.
+    Return the shift of each patch that explains its walls smoothly, ``(C, B) int64``.
 
-    Minimises what ``table (C, B, S)`` leaves unexplained plus ``stiffness`` times the squared
+    Minimises the negative support ``table (C, B, S)`` plus ``stiffness`` times the squared
     difference to the mean shift of the neighbouring patches plus ``anchor`` times its square.
     ``neighbours (B, 8)`` are patch numbers, -1 where there is none; ``offsets_m (S, 2)``.
     """
@@ -106,10 +106,10 @@ def cells_under(
     A: Array, points: Array, shape: tuple[int, ...], shift: tuple[Array, Ints] | None = None
 ) -> Ints:
     """
-    Return the cell under every placed point ``(C, P)``, a flat index of a raster, -1 off it.
+    Return the cell under every placed point ``(C, P)`` as flat index of a raster, -1 outside.
 
-    A ``shift`` says by how many cells patches of points move first, ``(C, B, 2)``, and of which
-    patch each point is, ``(P,)``.
+    ``shift`` holds the displacement of each patch of points in cells, ``(C, B, 2)``, and the
+    patch of each point, ``(P,)``.
     """
     found = np.empty((len(A), len(points)), np.int64)
     shift_cells, patch = shift or (np.zeros((len(A), 1, 2)), np.zeros(len(points), np.int64))
@@ -134,12 +134,12 @@ def _cells_under(A, points, shift, patch, rows, cols, found):  # type: ignore[no
 
 
 def look_up(A: Array, points: Array, raster: NDArray[Scalar], beyond: Any) -> NDArray[Scalar]:
-    """Return ``raster`` under every placed point, ``(C, F)``, ``beyond`` outside of it."""
+    """Return ``raster`` under every placed point, ``(C, F)``; ``beyond`` outside of it."""
     return looked_up(cells_under(A, points, raster.shape), raster, beyond)
 
 
 def looked_up(cell: Ints, raster: NDArray[Scalar], beyond: Any) -> NDArray[Scalar]:
-    """Return ``raster`` at flat indices of it (...), ``beyond`` where they are negative."""
+    """Return ``raster`` at flat indices (...); ``beyond`` where they are negative."""
     found = raster.reshape(-1)[cell]
     found[cell < 0] = beyond
     return found
@@ -155,15 +155,15 @@ def drawn_walls(
     edges_m: Array,
 ) -> tuple[Array, Array]:
     """
-    Look for the plan's walls in what the robot saw.
+    Compare the plan's walls with the walls that the robot observed.
 
     ``A (C, 2, 3)`` maps plan metres to the submap's raster, whose cells belong to the patches
     ``patch_of (H, W)``; ``shift_cells (C, B, 2)`` undoes each patch's shift there.
 
     Returns
     -------
-    Histograms ``(C, 1 + len(edges_m))`` of the distance from each drawn wall inside the observed
-    area to the nearest seen one, without and with the shifts.
+    Histograms ``(C, 1 + len(edges_m))`` of the distance from each plan wall inside the observed
+    area to the nearest observed one, without and with the shifts.
     """
     placed = cells_under(A, walls, distance.shape)
     which, point = np.nonzero(looked_up(placed, observed, False))
@@ -183,7 +183,7 @@ def drawn_walls(
 
 
 def room_overlap(labels: NDArray[np.int32], rooms: Ints, sub_count: int, plan_count: int) -> Ints:
-    """Count the free samples of each pair of rooms, ``(C, sub_count, plan_count)``; 0 is none."""
+    """Count the free samples per pair of rooms, ``(C, sub_count, plan_count)``; 0 is no room."""
     shape = len(labels), sub_count, plan_count
     pair = (np.arange(len(labels))[:, None] * sub_count + rooms) * plan_count + labels
     return np.bincount(pair.ravel(), minlength=int(np.prod(shape))).reshape(shape)
@@ -191,10 +191,10 @@ def room_overlap(labels: NDArray[np.int32], rooms: Ints, sub_count: int, plan_co
 
 def contested(likelihood: Floats) -> tuple[Array, Array]:
     """
-    Compare all placements by pairs, where they disagree.
+    Compare all pairs of placements where they disagree.
 
-    ``likelihood (C, P)`` is each placement's for each wall sample. Returns ``net (C, C)``, the sum
-    of differences [k, j], and ``total (C, C)``, the sum of their magnitudes.
+    ``likelihood (C, P)`` is that of each wall sample under each placement. Returns ``net (C, C)``,
+    the sum of differences [k, j], and ``total (C, C)``, the sum of their magnitudes.
     """
     net, total = np.zeros((2, len(likelihood), len(likelihood)))
     for k, own in enumerate(likelihood):

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The judge's network: from figures to how much speaks for each placement and for none of them.
+Network of the placement scorer: from features to the log odds of each placement and of none.
 
-Each placement's figures go through the same small network, so that their order is of no
-importance; what it makes of the best and of all together weighs "the plan is right but none of
-these is" and "the plan is of another building". A few networks of different seeds vote by their
-mean log probability. It is evaluated without a deep-learning framework.
+The same small network processes the features of each placement, so that their order does not
+matter; pooled features of the best and of all give the odds of "correct plan, but none of these"
+and of "plan of another building". Several networks with different seeds are averaged by their log
+probabilities. Evaluation needs no deep-learning framework.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fpnet_core.small_networks import silu, standardised
 Array = NDArray[np.float64]
 
 SCORER_SCHEMA = 1
-"""Given: grows when a figure changes its meaning."""
+"""Given: incremented when a feature changes its meaning."""
 
 SCORER_NAME = 'scorer.safetensors'
 
@@ -33,33 +33,33 @@ SCORER_NAME = 'scorer.safetensors'
 @dataclass(frozen=True, eq=False)
 class PlacementModel:
     """
-    ``tensors`` of all members, the first axis counts them; ``members`` is how many.
+    Weights of the network: ``tensors`` of all ``members``, which are the first axis.
 
-    Letters: ``D`` figures, ``G`` context figures, ``h`` width. ``figure_mean``, ``figure_scale
+    Letters: ``D`` features, ``G`` context features, ``h`` width. ``figure_mean``, ``figure_scale
     (D,)``, ``context_mean``, ``context_scale (G,)`` standardise; ``first (m, h, D + G)``,
-    ``second (m, h, h)``, ``value (m, h)``, ``direct (m, D)`` see a placement; ``none_first
-    (m, h, 2 h + G)`` and ``none_second (m, 2, h)`` see all of them; biases are called alike.
+    ``second (m, h, h)``, ``value (m, h)``, ``direct (m, D)`` process one placement; ``none_first
+    (m, h, 2 h + G)`` and ``none_second (m, 2, h)`` process all; biases are named accordingly.
     """
 
     tensors: dict[str, NDArray[np.float32]]
 
     @classmethod
     def indifferent(cls) -> PlacementModel:
-        """Return a model that knows nothing: all that may be is equally probable."""
+        """Return a model with zero weights: all hypotheses are equally probable."""
         zeros = {name: np.zeros(shape, np.float32) for name, shape in shapes(1, 1).items()}
         ones = ('figure_scale', 'context_scale')
         return cls(zeros | {name: np.ones_like(zeros[name]) for name in ones})
 
     @property
     def members(self) -> int:
-        """Count the networks that vote."""
+        """Number of networks in the ensemble."""
         return len(self.tensors['value'])
 
     def log_probability(self, evidence: Evidence) -> Array:
         """
-        Return ``(C + 2,)``: of each placement, of none here, and of another building's plan.
+        Return ``(C + 2,)``: each placement, none of them, and another building's plan.
 
-        The plan is taken for the right one at even odds. No placements leave the last two.
+        The prior odds of the plan are even. Without placements the last two remain.
         """
         t = self._doubles
         x = standardised(evidence.figures, t['figure_mean'], t['figure_scale'])
@@ -71,7 +71,7 @@ class PlacementModel:
         return {name: value.astype(np.float64) for name, value in self.tensors.items()}
 
     def _votes(self, x: Array, g: Array) -> Array:
-        """Return each member's ``(m, C + 2)`` of figures ``(C, D)`` and context ``(G,)``."""
+        """Return each member's ``(m, C + 2)`` for features ``(C, D)`` and context ``(G,)``."""
         t, members = self._doubles, self.members
         inputs = np.concatenate([x, np.broadcast_to(g, (len(x), len(g)))], axis=1)
         hidden = silu(inputs @ t['first'].swapaxes(1, 2) + t['first_bias'][:, None])
@@ -98,22 +98,22 @@ def _normalised(logits: Array) -> Array:
 
 def read_scorer(path: Path | None = None) -> PlacementModel:
     """
-    Read a trained judge; None reads the packaged one.
+    Read a trained placement scorer; None reads the packaged one.
 
     Raises
     ------
     WeightsError
-        If a file is missing or damaged, or was made for other figures.
+        If the file is missing or damaged, or was made for other features.
     """
     return model_of(read_weights(path, SCORER_SCHEMA, SCORER_NAME))
 
 
 def model_of(weights: Weights) -> PlacementModel:
-    """Return the model that a checkpoint holds."""
+    """Return the model stored in a checkpoint."""
     names = {'figures': FIGURES, 'context': CONTEXT}
     network = network_of(weights, 'placement scorer', names, 'train scorer')
     expected = shapes(network['members'], network['width'])
-    check_shapes('judge weights', weights.tensors, expected)
+    check_shapes('scorer weights', weights.tensors, expected)
     return PlacementModel(weights.tensors)
 
 

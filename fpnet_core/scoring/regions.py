@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence of rooms and doors as a whole, and of the matcher's own opinion."""
+"""Evidence from whole rooms and doors, and from the matcher's probabilities."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Figures = dict[str, Array]
 
 _NO_ROOM = np.int32(0)  # given
 # Chosen, not measured:
-_TOUCHED = 0.3  # a drawn room counts as entered from this share of its area
-_DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # a door lies within about the one of its drawn one, at most
-_SAME_M = 1.5  # a placement is the matcher's own within this
+_TOUCHED = 0.3  # share of the area of a plan room from which it counts as entered
+_DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # standard deviation and limit of a door's distance to its pair
+_SAME_M = 1.5  # distance within which a placement equals one of the matcher
 
 
 def region_figures(
@@ -30,7 +30,7 @@ def region_figures(
     looked: LookedAt,
     match: MatchResult,
 ) -> Figures:
-    """Return the figures of rooms, doors and matches, ``(C,)`` each."""
+    """Return the features of rooms, doors and matches, ``(C,)`` each."""
     apart = _doors_apart(plan, sub, placements)
     return (
         _rooms(plan, sub, placements, looked)
@@ -43,7 +43,7 @@ def region_figures(
 def _rooms(
     plan: PreparedMap, sub: PreparedMap, placements: Placements, looked: LookedAt
 ) -> Figures:
-    """How the rooms of both sides cover each other."""
+    """Return how well the rooms of both maps cover each other."""
     names = ('rooms_pure', 'plan_rooms_pure', 'rooms_alike', 'rooms_whole', 'plan_share')
     nothing = dict.fromkeys(names, np.zeros(len(placements)))
     if not (len(looked.free) and sub.segmentation.rooms and plan.segmentation.rooms):
@@ -63,7 +63,7 @@ def _rooms(
 
 
 def _overlap(plan: PreparedMap, sub: PreparedMap, looked: LookedAt) -> Array:
-    """Count free samples of each pair of rooms, ``(C, rooms of sub, 1 + rooms of plan)``."""
+    """Count free samples per pair of rooms, ``(C, rooms of sub, 1 + rooms of plan)``."""
     grid, labels = sub.segmentation.grid, sub.segmentation.labels
     rc = np.clip(np.rint(grid.xy_to_rc(looked.free)), 0, np.array(labels.shape) - 1)
     row, col = rc.astype(np.int64).T
@@ -74,12 +74,12 @@ def _overlap(plan: PreparedMap, sub: PreparedMap, looked: LookedAt) -> Array:
 
 
 def _room_areas(side: PreparedMap) -> Array:
-    """Areas of the rooms [m^2], in the order of their ids: rooms come first."""
+    """Return the areas of the rooms [m^2], in the order of their ids: rooms come first."""
     return np.array([room.area_m2 for room in side.segmentation.rooms])
 
 
 def _whole_rooms(sub: PreparedMap, counts: Array, drawn: Array) -> Figures:
-    """Whether rooms that were seen whole are as large as the drawn ones they lie on."""
+    """Return how well fully observed rooms match the size of the plan rooms they lie on."""
     rooms = sub.segmentation.rooms
     whole = np.array([room.observed_fraction >= WELL_SEEN for room in rooms], dtype=np.bool_)
     if not whole.any():
@@ -99,13 +99,13 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def _doors_apart(plan: PreparedMap, sub: PreparedMap, placements: Placements) -> Array:
-    """Distances [m] of every seen door from every drawn one, ``(C, doors, drawn doors)``."""
+    """Return the distances [m] of observed from plan doors, ``(C, doors, plan doors)``."""
     apart = placements.apply(sub.door_points)[:, :, None] - plan.door_points
     return np.asarray(np.hypot(apart[..., 0], apart[..., 1]))
 
 
 def _doors(plan: PreparedMap, sub: PreparedMap, looked: LookedAt, apart: Array) -> Figures:
-    """Doors that lie on drawn ones, and drawn ones inside what was seen that are not there."""
+    """Return the shares of matched doors, and of plan doors missing in the observed area."""
     count, seen_doors, drawn_doors = apart.shape
     counted = {'doors_counted': np.full(count, np.log1p(seen_doors))}
     if not (seen_doors and drawn_doors):
@@ -126,7 +126,7 @@ def _doors(plan: PreparedMap, sub: PreparedMap, looked: LookedAt, apart: Array) 
 def _matches(
     plan: PreparedMap, sub: PreparedMap, looked: LookedAt, match: MatchResult, apart: Array
 ) -> Figures:
-    """How probable the matcher holds the pairs of regions that a placement makes, in decades."""
+    """Return the matcher's probability of the region pairs of each placement, in decades."""
     nothing = np.zeros(len(looked.to_plan))
     found = {'match_rooms': nothing, 'match_doors': nothing}
     if not match.probability.size:
@@ -147,7 +147,7 @@ def _matches(
 
 
 def _matched_whole(sub: PreparedMap, placements: Placements, match: MatchResult) -> Array:
-    """Return the probability of the matcher's complete assignment that puts the map there."""
+    """Return the probability of the matcher's complete assignment at that placement, ``(C,)``."""
     if not match.hypotheses:
         return np.zeros(len(placements))
     corners = sub.evidence.corners

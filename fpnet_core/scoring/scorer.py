@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The one judge of placements: who ranks, weighs and claims asks it."""
+"""Placement scorer: ranks placements and computes the posterior used for acceptance."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ Array = NDArray[np.float64]
 
 STOREY_CONTRAST = 2.0
 """
-By how much more the walls tell between storeys than between places on one plan, which the judge
-has learned: a storey's odds against a better one are taken to this power. Fitted by
-``python benchmarks/storey_contrast.py`` to 475 ticks of 12 generated sites: 2.1, and hardly worse
-from 1.5 to 3; no tick is sure of a wrong storey.
+Exponent of a storey's odds against a better one: walls differ more between storeys than between
+places on one plan, which the scorer was trained on. Fitted by ``python
+benchmarks/storey_contrast.py`` to 475 updates of 12 generated sites: 2.1, hardly worse from 1.5
+to 3; no update is certain of a wrong storey.
 """
 
 _RULED_OUT = 4.0
-"""Chosen [nats]: a storey so much less probable than the best one before looking is ruled out."""
+"""Chosen [nats]: storeys whose prior is this much lower than the best one's are ruled out."""
 
 WORD = float(np.log(1e4))
 """
-Chosen [nats]: the odds that a pose given by somebody is right, its storey included. They decide
-between a hundred rooms that look alike, at the probability that a claim takes; walls that
-contradict weigh more.
+Chosen [nats]: log odds that a given pose is correct, its storey included. They select one of a
+hundred rooms that look alike, at the probability required for acceptance; contradicting walls
+outweigh them.
 """
 
 
 @dataclass(frozen=True)
 class OtherStoreys:
     """
-    The other storeys of a site beside the plan that a verdict is about, in logarithms.
+    The other storeys of a site, besides the plan of a posterior, in logarithms.
 
-    ``log_prior`` is how much more probable this plan's storey is before looking than each of as
-    many even ones as it may be;
+    ``log_prior`` is the prior of this plan's storey relative to equally probable storeys, as many
+    as it may be on;
     ``weight`` are the odds of all placements on the others against a plan of another building,
-    each with its own storey's prior.
+    each with the prior of its storey.
     """
 
     log_prior: float = 0.0
@@ -55,21 +55,21 @@ class OtherStoreys:
 
 
 ALONE = OtherStoreys()
-"""Given: the plan is the only one."""
+"""Given: there is only one plan."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """
-    What is to be believed of a submap's ``C`` placements on a plan.
+    Posterior over a submap's ``C`` placements on a plan.
 
     ``placements`` and ``evidence`` are ranked, most probable first, the former with their
-    probabilities; ``none`` is the probability that the plan is right but none of them, and
-    ``foreign`` that the plan is of another building. ``weights (C,)`` are the placements' odds
-    against a plan of another building before anything is known of the plan, in logarithms, and
-    ``none_weight`` those of none here. ``mirror`` is the part of ``none`` that the plan's mirror
-    image takes. ``beside`` is what other storeys weigh, and ``elsewhere`` the probability of all
-    placements there.
+    probabilities; ``none`` is the probability that the plan is correct but the robot is at none of
+    them, and ``foreign`` that the plan is of another building. ``weights (C,)`` are the log odds
+    of the placements against a plan of another building, before the plan prior, and
+    ``none_weight`` those of ``none``. ``mirror`` is the part of ``none`` that belongs to the
+    plan's mirror image. ``beside`` holds the odds of the other storeys, and ``elsewhere`` the
+    probability of all placements there.
     """
 
     placements: Placements
@@ -83,7 +83,7 @@ class Posterior:
     elsewhere: float = 0.0
 
     def of(self, index: NDArray[np.int64]) -> Posterior:
-        """Return the verdict on the placements at ``index`` only, as it stands."""
+        """Return the posterior of the placements at ``index`` only, not normalised again."""
         return replace(
             self,
             placements=self.placements.take(index),
@@ -104,19 +104,19 @@ def configured_model(config: LocalizerConfig) -> PlacementModel:
     Raises
     ------
     WeightsError
-        If the weights are missing, damaged, or made for other figures.
+        If the weights are missing, damaged, or made for other features.
     """
     return read_scorer(Path(config.scorer_weights) if config.scorer_weights else None)
 
 
 class PlacementScorer:
     """
-    Tells the probability of placements, of none of them, and of another building's plan.
+    Computes the probability of placements, of none of them, and of another building's plan.
 
     Parameters
     ----------
     model : the trained network
-    plan_prior : probability that a plan is of the building the robot is in, before looking
+    plan_prior : prior probability that a plan is of the building the robot is in
     """
 
     def __init__(self, model: PlacementModel, plan_prior: float) -> None:
@@ -126,12 +126,12 @@ class PlacementScorer:
     @classmethod
     def configured(cls, config: LocalizerConfig) -> PlacementScorer:
         """
-        Return the judge that the configuration names, by default the packaged one.
+        Return the scorer that the configuration names, by default the packaged one.
 
         Raises
         ------
         WeightsError
-            If the weights are missing, damaged, or made for other figures.
+            If the weights are missing, damaged, or made for other features.
         """
         return cls(configured_model(config), config.plan_prior)
 
@@ -144,20 +144,20 @@ class PlacementScorer:
         scale_range: float,
     ) -> Posterior:
         """
-        Weigh all placements of ``sub`` on ``plan`` against each other and against none.
+        Return the posterior over all placements of ``sub`` on ``plan`` and over none.
 
-        ``scale_range`` is the logarithm of the largest over the smallest scale that was searched.
+        ``scale_range`` is the logarithm of the largest over the smallest scale searched.
         """
         evidence = gather_evidence(plan, sub, placements, match, scale_range)
         return self.weighed(placements, evidence)
 
     def weighed(self, placements: Placements, evidence: Evidence) -> Posterior:
-        """Return the verdict on evidence that has been gathered."""
+        """Return the posterior for evidence that has been gathered."""
         weights = self._odds(evidence)
         return self.normalized(placements, evidence, weights[:-1], float(weights[-1]))
 
     def best_of(self, evidence: Evidence, right: NDArray[np.bool_]) -> tuple[float, bool]:
-        """Return the probability of the best placement, and whether it is ``right (C,)``."""
+        """Return the probability of the best placement, and whether it is correct, ``(C,)``."""
         weights = self._odds(evidence)
         best = int(weights[:-1].argmax())
         return float(self._probabilities(weights[:-1], float(weights[-1]))[best]), bool(
@@ -167,7 +167,7 @@ class PlacementScorer:
     def _reweighed(
         self, posterior: Posterior, none_weight: float, beside: OtherStoreys
     ) -> Posterior:
-        """Return a verdict whose weights stand, beside others."""
+        """Return a posterior with unchanged weights, next to other storeys."""
         p = self._probabilities(posterior.weights, none_weight, beside)
         return replace(
             posterior,
@@ -176,7 +176,7 @@ class PlacementScorer:
             none=float(p[-2]),
             foreign=float(p[-1]),
             beside=beside,
-            elsewhere=_left(p, beside),
+            elsewhere=_elsewhere(p, beside),
         )
 
     def normalized(
@@ -187,7 +187,7 @@ class PlacementScorer:
         none_weight: float,
         beside: OtherStoreys = ALONE,
     ) -> Posterior:
-        """Return the verdict that follows from the ``weights`` of :class:`Posterior`."""
+        """Return the posterior given by the ``weights`` of :class:`Posterior`."""
         order = np.argsort(-weights, kind='stable')
         p = self._probabilities(weights[order], none_weight, beside)
         return Posterior(
@@ -198,20 +198,20 @@ class PlacementScorer:
             float(p[-2]),
             float(p[-1]),
             beside=beside,
-            elsewhere=_left(p, beside),
+            elsewhere=_elsewhere(p, beside),
         )
 
     def among_storeys(
         self, drawn: Sequence[Posterior], log_priors: Sequence[float], is_fresh: Sequence[bool]
     ) -> list[Posterior]:
         """
-        Return the verdicts on one submap's placements on the storeys of a site.
+        Return the posteriors of one submap's placements on the storeys of a site.
 
-        The site counts as one plan: all placements are rivals, compared where they disagree, and
-        "none of these" is said of all. ``log_priors`` are the storeys' against even ones. Of a
-        storey that is not fresh, what was found on an earlier submap stands, and nobody compares
-        walls with it. The first one is fresh. A storey that somebody has ruled out before looking
-        is no rival to the others, as placements far from a given pose are none.
+        The site counts as one plan: all placements compete where they disagree, and "none of
+        these" refers to all. ``log_priors`` are relative to equally probable storeys. A storey
+        that is not fresh keeps the weights found on an earlier submap, and walls are not compared
+        with it. The first one is fresh. A storey ruled out by its prior does not compete with the
+        others, just as placements far from a hinted pose do not.
         """
         least = max(log_priors) - _RULED_OUT
         fresh = [k for k, new in enumerate(is_fresh) if new and (not k or log_priors[k] >= least)]
@@ -220,11 +220,11 @@ class PlacementScorer:
             **dict(enumerate(each.weights for each in drawn)),
             **dict(zip(fresh, weights, strict=True)),
         }
-        totals = np.array([_sum_of(weights_of[k] + log_priors[k]) for k in range(len(drawn))])
+        totals = np.array([_log_sum(weights_of[k] + log_priors[k]) for k in range(len(drawn))])
         made = []
         for k, here in enumerate(drawn):
-            beside = OtherStoreys(log_priors[k], _sum_of(np.delete(totals, k)))
-            if weights_of[k] is here.weights:  # they stay ranked
+            beside = OtherStoreys(log_priors[k], _log_sum(np.delete(totals, k)))
+            if weights_of[k] is here.weights:  # still ranked
                 made.append(self._reweighed(here, none_weight, beside))
             else:
                 made.append(
@@ -236,10 +236,10 @@ class PlacementScorer:
 
     def _weighed_together(self, drawn: Sequence[Posterior]) -> tuple[list[Array], float]:
         """
-        Return the weights of placements on drawings that count as one, and that of none.
+        Return the weights of placements on plans that count as one, and that of none.
 
-        Rivals on other storeys tell which placement is right, and nothing of whether any is: the
-        best storey is as probable against none as it is alone, and each of several in its share.
+        Competitors on other storeys decide which placement is correct, not whether one is: the
+        best storey is as probable against none as it is alone, and several share that by weight.
         """
         placed = [each for each in drawn if len(each.placements)]
         if len(placed) < 2:
@@ -248,7 +248,7 @@ class PlacementScorer:
         together = self._odds(on_one_plan([each.evidence for each in drawn]))
         alone = [self._odds(on_one_plan([each.evidence])) for each in drawn]
         counts = np.cumsum([len(each.placements) for each in drawn])
-        # What no evidence tells stays: the odds of a scale that was doubted.
+        # Weights that do not come from evidence are kept: the odds of the wide scale prior.
         weights = [
             odds + each.weights - own[:-1]
             for odds, each, own in zip(
@@ -256,14 +256,14 @@ class PlacementScorer:
             )
         ]
         weights = _contrasted(weights)
-        totals = np.array([_sum_of(each) for each in weights if len(each)])
-        share = np.exp(totals - _sum_of(totals))
-        more = share @ (np.array([_sum_of(each.weights) for each in placed]) - totals)
+        totals = np.array([_log_sum(each) for each in weights if len(each)])
+        share = np.exp(totals - _log_sum(totals))
+        more = share @ (np.array([_log_sum(each.weights) for each in placed]) - totals)
         none_weight = share @ np.array([each.none_weight for each in placed])
         return [each + more for each in weights], float(none_weight)
 
     def _odds(self, evidence: Evidence) -> Array:
-        """Return ``(C + 1,)``: of each placement and of none against another building, in logs."""
+        """Return the log odds ``(C + 1,)`` of each placement and none against another building."""
         log_p = self._model.log_probability(evidence)
         return np.asarray(log_p[:-1] - log_p[-1])
 
@@ -271,11 +271,11 @@ class PlacementScorer:
         self, posterior: Posterior, agrees: NDArray[np.bool_], log_odds: float = WORD
     ) -> Posterior:
         """
-        Return the verdict after someone's word that the placement is one that ``agrees (C,)``.
+        Return the posterior after a hint that the placement is one that ``agrees (C,)``.
 
-        ``log_odds`` are those of the word.
-        The others lose; none of them here and another building stay as probable against those
-        that agree as they were, so that a word proves nothing and never makes less sure.
+        ``log_odds`` are those of the hint being correct.
+        Scale down hypotheses that disagree with the hint. The odds of none and of another building
+        are unchanged, so that a hint proves nothing and never lowers the confidence.
         """
         weights = posterior.weights - np.where(agrees, 0.0, log_odds)
         return self.normalized(
@@ -287,15 +287,15 @@ class PlacementScorer:
         )
 
     def reduced(self, posterior: Posterior, index: NDArray[np.int64]) -> Posterior:
-        """Return the verdict without placements that say the same as those at ``index``."""
+        """Return the posterior without the placements that duplicate those at ``index``."""
         kept = posterior.of(index)
         return self.normalized(kept.placements, kept.evidence, kept.weights, kept.none_weight)
 
     def with_wide_prior(self, stated: Posterior, doubt: Posterior, log_odds: float) -> Posterior:
         """
-        Return one verdict on the placements of two, which rest on different hypotheses.
+        Return one posterior over the placements under two hypotheses about the scale.
 
-        ``log_odds`` are those of what ``doubt`` supposes against what ``stated`` does.
+        ``log_odds`` are those of the hypothesis of ``doubt`` against that of ``stated``.
         """
         return self.normalized(
             stated.placements.joined(doubt.placements),
@@ -306,10 +306,10 @@ class PlacementScorer:
 
     def against_mirror(self, drawn: Posterior, mirrored: Posterior, log_odds: float) -> Posterior:
         """
-        Return ``drawn`` weighed against the placements on the plan's mirror image, too.
+        Return ``drawn`` with the placements on the plan's mirror image as competitors.
 
-        ``log_odds`` are those against a plan that is drawn mirrored. What the mirror image takes
-        counts as none here.
+        ``log_odds`` are those against a mirrored plan. The probability of the mirror image counts
+        as none.
         """
         rivals = np.append(mirrored.weights - log_odds, drawn.none_weight)
         top = rivals.max()
@@ -319,7 +319,7 @@ class PlacementScorer:
         ranked = replace(drawn.placements, probability=p[:-2])
         none, foreign = float(p[-2]), float(p[-1])
         mirror = none * float(1.0 - np.exp(drawn.none_weight - none_weight))
-        left = _left(p, beside)
+        left = _elsewhere(p, beside)
         return replace(
             drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror, elsewhere=left
         )
@@ -328,9 +328,9 @@ class PlacementScorer:
         self, weights: Array, none_weight: float, beside: OtherStoreys = ALONE
     ) -> Array:
         """
-        Return ``(C + 2,)``: of each placement, of none anywhere, and of another building.
+        Return ``(C + 2,)``: each placement, none anywhere, and another building.
 
-        What is missing to one is that of the placements on other storeys.
+        The rest to one is the probability of the placements on other storeys.
         """
         prior = np.log(self.plan_prior / (1.0 - self.plan_prior))
         logits = np.append(np.append(weights + beside.log_prior, none_weight) + prior, 0.0)
@@ -341,7 +341,7 @@ class PlacementScorer:
 
 
 def _contrasted(weights: list[Array]) -> list[Array]:
-    """Return storeys' weights with those of the ones behind the best one further behind it."""
+    """Return storeys' weights, with those behind the best one lowered further."""
     best = [float(each.max()) if len(each) else -np.inf for each in weights]
     ahead = max(best, default=-np.inf)
     return [
@@ -350,11 +350,11 @@ def _contrasted(weights: list[Array]) -> list[Array]:
     ]
 
 
-def _left(p: Array, beside: OtherStoreys) -> float:
-    """Return the probability that is left for the other storeys' placements."""
+def _elsewhere(p: Array, beside: OtherStoreys) -> float:
+    """Return the probability of the other storeys' placements."""
     return 0.0 if beside.weight == -np.inf else max(0.0, 1.0 - float(p.sum()))
 
 
-def _sum_of(logs: Array) -> float:
-    """Return the logarithm of the sum; that of nothing is minus infinity."""
+def _log_sum(logs: Array) -> float:
+    """Return the logarithm of the sum; minus infinity for nothing."""
     return float(np.logaddexp.reduce(logs))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence of walls and free space: what was seen on what is drawn, and the other way round."""
+"""Evidence from walls and free space: observations against the plan, and the plan against them."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
 _MAX_WALLS, _MAX_FREE, _MAX_DRAWN = 900, 700, 3000
-"""Samples of either side that are looked up, spread evenly; numerical: twice as many change no
-figure by more than a hundredth."""
+"""Evenly spread samples of either map; numerical: twice as many change no feature by more than a
+hundredth."""
 
 _FINE_M, _WIDE_M = 0.5 * WIDTH_M, 2.0 * WIDTH_M
 BEYOND_M = 3.0
 """
-Distance of a wall that is nowhere near a drawn one; walls further apart tell no more. Chosen.
+Distance assigned to a wall with no plan wall nearby; larger distances count the same. Chosen.
 """
 
 _BEYOND = np.float32(BEYOND_M)
 # Chosen, not measured:
-_RESIDUALS = (50, 75, 90)  # percentiles of the distance that are figures
-_ON_WALL_M = 0.1  # a cell: free space this near to a drawn wall was crossed by a beam
-_SEEN_EDGES_M = np.array([0.15, 0.3, 0.6])  # fine, seen, neither; beyond: denied
-_PATCH_EXPLAINED = 0.35  # a patch with less of its walls on drawn ones is unexplained
+_RESIDUALS = (50, 75, 90)  # percentiles of the distance used as features
+_ON_WALL_M = 0.1  # one cell: free space this near to a plan wall was crossed by a beam
+_SEEN_EDGES_M = np.array([0.15, 0.3, 0.6])  # fine, seen, neither; beyond: contradicted
+_PATCH_EXPLAINED = 0.35  # patches with a lower share of walls on plan walls are unexplained
 
 
 @dataclass(frozen=True, eq=False)
 class LookedAt:
     """
-    The submap's samples under each of ``C`` placements.
+    Samples of the submap under each of ``C`` placements.
 
-    ``walls (P, 2)`` and ``free (F, 2)`` are samples [m], a wall sample stands for ``metres``;
-    ``straight (P,)`` is how straight its wall runs, ``normal (P,)`` twice the direction of its
+    ``walls (P, 2)`` and ``free (F, 2)`` are samples [m], a wall sample represents ``metres``;
+    ``straight (P,)`` is the straightness of its wall, ``normal (P,)`` twice the direction of its
     normal in the raster's axes [rad]. ``to_plan`` and ``to_sub (C, 2, 3)`` map
-    metres of one side to the raster of the other. ``distance (C, P)`` is that to the nearest
-    drawn wall [m], in the raster's ``cell (C, P)``, and ``bent_distance`` the same on the bent
-    drawing.
+    metres of one map to the raster of the other. ``distance (C, P)`` is that to the nearest
+    plan wall [m], in the raster's ``cell (C, P)``, and ``bent_distance`` the same on the deformed
+    plan.
     """
 
     walls: Array
@@ -66,17 +66,17 @@ class LookedAt:
 
     @property
     def likelihood(self) -> NDArray[np.float32]:
-        """How well each wall sample lies on a drawn wall, ``(C, P)``."""
+        """Likelihood of each wall sample on the plan, ``(C, P)``."""
         return kernel(self.distance, WIDTH_M)
 
     @property
     def bent_likelihood(self) -> NDArray[np.float32]:
-        """The same on the bent drawing."""
+        """The same on the deformed plan."""
         return kernel(self.bent_distance, WIDTH_M)
 
 
 def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> LookedAt:
-    """Return the samples of a submap that has walls under ``C > 0`` placements."""
+    """Return the samples of a submap with walls under ``C > 0`` placements."""
     walls, free, patches = sub.kept(_samples)
     to_plan = _chained(plan.A_rc_xy, placements.linear, placements.translation)
     inverse = np.asarray(np.linalg.inv(placements.linear), dtype=np.float64)
@@ -104,7 +104,7 @@ def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> Look
 
 
 def _samples(sub: MapEvidence) -> tuple[Array, Array, Patches]:
-    """Return the samples of a submap's walls (P, 2) and free space (F, 2), and the patches."""
+    """Return samples of a submap's walls (P, 2) and free space (F, 2), and its patches."""
     walls = evenly_drawn(sub.walls, _MAX_WALLS)
     return walls, evenly_drawn(sub.free, _MAX_FREE), patches_of(walls, sub)
 
@@ -112,7 +112,7 @@ def _samples(sub: MapEvidence) -> tuple[Array, Array, Patches]:
 def wall_figures(
     plan: PreparedMap, sub: PreparedMap, placements: Placements, looked: LookedAt
 ) -> Figures:
-    """Return the figures of walls and free space, ``(C,)`` each."""
+    """Return the features of walls and free space, ``(C,)`` each."""
     return (
         _forward(looked)
         | _straight(plan.evidence, sub.evidence, placements, looked)
@@ -129,7 +129,7 @@ def kernel(distance: NDArray[np.float32], width_m: float) -> NDArray[np.float32]
 
 
 def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
-    """Return ``(C, 2, 3)``: metres of the one side to the raster of the other."""
+    """Return ``(C, 2, 3)``: metres of one map to the raster of the other."""
     moved = translation @ A_rc_xy[:, :2].T + A_rc_xy[:, 2]
     return np.concatenate([A_rc_xy[:, :2] @ linear, moved[:, :, None]], axis=2)
 
@@ -149,37 +149,37 @@ def _forward(looked: LookedAt) -> Figures:
 
 
 def _mean(values: NDArray[np.float32]) -> Array:
-    """Mean over the samples of each placement."""
+    """Return the mean over the samples of each placement."""
     return np.asarray(values.mean(axis=1), dtype=np.float64)
 
 
 def _straight(
     plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
 ) -> Figures:
-    """Support of straight walls, and by drawn walls of the same direction: clutter has none."""
+    """Return the support of straight walls, also by plan walls of the same direction."""
     likelihood, weight = looked.likelihood.astype(np.float64), looked.straight
     total = max(float(weight.sum()), 1e-6)
     coherence, normal = (field.ravel() for field in plan.straightness)
     is_on_plan = looked.cell >= 0
     at = np.where(is_on_plan, looked.cell, 0)
-    # Twice a direction: a wall has no front and no back.
+    # Twice the angle, because a wall normal has no sign.
     turn = placements.heading + _axis_yaw(sub) - _axis_yaw(plan)
     agrees = np.cos(looked.normal + 2.0 * turn[:, None] - normal[at]) * coherence[at] * is_on_plan
     return {
-        # Not by BLAS, whose threads would wait for each other over these few numbers.
+        # No BLAS: its threads would wait for each other over so few numbers.
         'straight_support': np.einsum('cp,p->c', likelihood, weight) / total,
         'straight_aligned': np.einsum('cp,cp,p->c', likelihood, agrees, weight) / total,
     }
 
 
 def _axis_yaw(side: MapEvidence) -> float:
-    """Direction of the raster's columns in metres [rad]."""
+    """Return the direction of the raster's columns in metres [rad]."""
     along = np.linalg.inv(side.A_rc_xy[:, :2])[:, 1]
     return float(np.arctan2(along[1], along[0]))
 
 
 def _unexplained(looked: LookedAt) -> Figures:
-    """Stretches of wall that lie on nothing: clutter is scattered, a wrong place is not."""
+    """Return wall in unexplained patches: clutter is scattered, a wrong place is contiguous."""
     of_wall, count = looked.patches.of_wall, looked.patches.count
     size = np.bincount(of_wall, minlength=count)
     support = np.stack([np.bincount(of_wall, row, minlength=count) for row in looked.likelihood])
@@ -207,7 +207,7 @@ def _bent(looked: LookedAt) -> Figures:
 def _backward(
     plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
 ) -> Figures:
-    """Drawn walls inside what was seen: met, or denied by free space."""
+    """Return the shares of plan walls in the observed area that are confirmed or contradicted."""
     drawn = evenly_drawn(plan.walls, _MAX_DRAWN)
     drawn_m = plan.wall_length_m / max(len(drawn), 1)
     plain, bent = kernels.drawn_walls(
@@ -228,14 +228,14 @@ def _backward(
 def _undone(
     shift_cells: Array, plan: MapEvidence, placements: Placements, sub: MapEvidence
 ) -> Array:
-    """Return the shifts ``(C, B, 2)`` in the submap's cells that undo those in the plan's."""
+    """Return the inverse of the shifts in the plan, ``(C, B, 2)`` in the submap's cells."""
     metres = shift_cells @ np.linalg.inv(plan.A_rc_xy[:, :2]).T
     in_sub = np.einsum('cij,cbj->cbi', np.linalg.inv(placements.linear), metres)
     return np.asarray(-in_sub @ sub.A_rc_xy[:, :2].T)
 
 
 def _free(plan: MapEvidence, sub: MapEvidence, looked: LookedAt) -> Figures:
-    """Free space that lies outside the building or on drawn walls."""
+    """Return the shares of free space outside the building and on plan walls."""
     if not len(looked.free):
         nothing = np.zeros(len(looked.to_plan))
         return {'outside': nothing, 'outside_m2': nothing, 'on_wall': nothing}

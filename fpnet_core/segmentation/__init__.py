@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Grids to rooms and doors."""
+"""Segmentation of grids into rooms and doors."""
 
 from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.incremental import SubmapSegmenter

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How well a segmentation agrees with a hand-labelled one."""
+"""Agreement of a segmentation with a hand-labelled one."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from fpnet_core.raster.morphology import Mask, grown
 # Given: regions up to this size are drawing noise [cells], as in Bormann's comparison.
 _NOISE_CELLS = 100
 # Chosen, not measured:
-# Rooms found and drawn are the same above this intersection over union.
+# A found and a hand-drawn room match above this intersection over union.
 SAME_ROOM_IOU = 0.5
-# Hand-drawn rooms end this far from the middle of their doors at most [cells].
+# Hand-drawn rooms end at most this far from the middle of their doors [cells].
 _LABEL_GAP_CELLS = 10
-# Shorter contacts are where labels squeeze through a wall that is one cell thick [cells].
+# Shorter contacts arise where labels leak through a wall that is one cell thick [cells].
 _MIN_OPENING_CELLS = 10
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Precision, recall and F1, each in [0, 1]; their exact meaning is the function's."""
+    """Precision, recall and F1, each in [0, 1]; each function defines them."""
 
     precision: float
     recall: float
@@ -39,10 +39,10 @@ def room_agreement(found: NDArray[np.int32], truth: NDArray[np.int32]) -> Agreem
     """
     Compare room labels (H, W), 0 outside.
 
-    Precision is the mean over found rooms of the share that lies in one true room, recall the
-    mean over true rooms of the share covered by one found room (Bormann et al., 2016); both
-    forgive over-segmentation or its opposite, so ``f1`` is the harmonic mean of the shares of
-    rooms with a partner of intersection over union above one half. No room counts as 0.
+    Precision is the mean over found rooms of the share in one true room, recall the mean over true
+    rooms of the share in one found room (Bormann et al., 2016). They forgive over- and
+    under-segmentation, so ``f1`` is the harmonic mean of the shares of rooms with a partner of
+    intersection over union above one half. Without rooms all are 0.
     """
     overlap = np.zeros((int(truth.max()) + 1, int(found.max()) + 1), dtype=np.int64)
     np.add.at(overlap, (truth.ravel(), found.ravel()), 1)
@@ -66,10 +66,14 @@ def true_openings(truth: NDArray[np.int32], free: Mask) -> NDArray[np.float64]:
     """
     Return the places (D, 2) [row, column] where hand-labelled rooms meet across free space.
 
-    Labels ``truth (H, W)`` are grown over ``free (H, W)``; each connected stretch of contact
-    of two rooms is one opening, at its middle. Rooms that do not touch give (0, 2).
+    Labels ``truth (H, W)`` are grown over ``free (H, W)``. The middle of each connected contact of
+    two rooms is one opening. Rooms that do not touch give (0, 2).
     """
-    filled = np.where(free, expand_labels(truth, _LABEL_GAP_CELLS), 0)  # type: ignore[no-untyped-call]
+    filled = np.where(
+        free,
+        expand_labels(truth, _LABEL_GAP_CELLS),  # type: ignore[no-untyped-call]
+        0,
+    )
     base = int(truth.max()) + 1
     contact = np.zeros(truth.shape, dtype=np.int64)
     for axis in (0, 1):
@@ -92,7 +96,7 @@ def place_agreement(
     """
     Compare places (N, 2) with true places (M, 2), one to one, at most ``tolerance`` apart.
 
-    No place on either side counts as 0.
+    All measures are 0 if either side is empty.
     """
     if len(found) == 0 or len(truth) == 0:
         return Agreement(0.0, 0.0, 0.0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From labelled cells and openings to regions and portals in metres."""
+"""Conversion of labelled cells and openings to regions and portals in metres."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from fpnet_core.raster.pieces import cell_corners, label_extents, looked_up
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
-_DOOR_DEPTH_M = 0.2  # physical: extent of a door's region across its opening line, a wall's
+_DOOR_DEPTH_M = 0.2  # physical: depth of a door's region across its line, a wall's thickness
 
-# Numerical: corners of a polygon may leave the raster's outline by this many cells.
+# Numerical: simplified polygons deviate from the raster's outline by at most this many cells.
 SIMPLIFY_CELLS = 1.0
 
 
 @dataclass(frozen=True)
 class RoomScore:
-    """How completely a room was seen; see :class:`fpnet_core.types.Region`."""
+    """How completely a room was observed; see :class:`fpnet_core.types.Region`."""
 
     observed_fraction: float = 1.0
     frontier_fraction: float = 0.0
@@ -38,18 +38,18 @@ def upsample_labels(
     """
     Spread room labels (h, w) from working to full resolution, over free cells only.
 
-    Cells along walls lie in blocks that are not free throughout: they take the label of the
-    room they touch, up to ``reach`` cells away, a block for None.
+    Cells along walls lie in blocks that are only partly free. They take the label of the room they
+    touch, up to ``reach`` cells away; None means one block.
     """
     return spread(unblocked(labels, stride, free.shape), free, cross(), reach or stride)
 
 
 def outline(mask: Mask) -> NDArray[np.float64] | None:
     """
-    Trace the outer boundary of the largest piece of ``mask (H, W)`` along its cells' edges.
+    Trace the outer boundary of the largest component of ``mask (H, W)`` along its cells' edges.
 
-    Returns (V, 2) row-column vertices in fractional cells (centres are integers), not closed;
-    None for an empty mask.
+    Returns (V, 2) row-column vertices in fractional cells (centres are integers), not closed; None
+    for an empty mask.
     """
     contours, _ = cv2.findContours(cell_corners(mask), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     if not contours:
@@ -78,15 +78,15 @@ def assemble(
 
     Parameters
     ----------
-    grid : the segmented grid; its frame and nominal metres are the result's
+    grid : the segmented grid; the result has its frame and nominal metres
     labels : (H, W) int32, room labels with or without gaps, 0 outside
-    openings : their rooms are such labels; a label that is 0 or absent is unseen space
+    openings : between these labels; a label that is 0 or absent is unseen space
     metres_per_unit : true metres per nominal metre, for a door's depth
-    scores : completeness by label; missing labels count as fully seen
+    scores : completeness by label; missing labels count as fully observed
 
     Returns
     -------
-    Segmentation; with a reason and no regions where no room has an outline
+    Segmentation; with a reason and no regions if no room has an outline
     """
     ids, rooms, kept = _rooms(grid, labels, scores or {}, _room_confidence(openings))
     if not rooms:
@@ -135,12 +135,12 @@ def _rooms(
             )
         )
     kept = looked_up(labels, lut)
-    kept.setflags(write=False)  # or it would be copied
+    kept.setflags(write=False)  # Segmentation copies writable arrays
     return ids, rooms, kept
 
 
 def _opening_confidence(opening: Opening) -> float:
-    """Return how surely an opening separates rooms: 1 with a lintel, else by its width."""
+    """Return an opening's confidence as a separator: 1 with a lintel, else by its width."""
     if opening.has_lintel:
         return 1.0
     narrow_m, wide_m = 1.0, 2.2
@@ -149,7 +149,7 @@ def _opening_confidence(opening: Opening) -> float:
 
 
 def _room_confidence(openings: Sequence[Opening]) -> dict[int, float]:
-    """Return by label the confidence of the least sure opening of each room."""
+    """Return, by label, the confidence of the least certain opening of each room."""
     worst: dict[int, float] = {}
     for opening in openings:
         for room in opening.rooms:
@@ -161,9 +161,10 @@ def _doors(
     grid: GridMap, joining: Sequence[tuple[Opening, list[int]]], first: int, depth_m: float
 ) -> tuple[list[Region], list[Portal]]:
     """
-    Return the doors, numbered from ``first`` on: rectangles of ``depth_m`` around their lines.
+    Return doors numbered from ``first`` and their portals: rectangles ``depth_m`` deep.
 
-    ``joining`` are openings with the ids of their one or two rooms; those without length are none.
+    ``joining`` are openings with the ids of their one or two rooms. Those without length are
+    skipped.
     """
     ends = grid.rc_to_xy(np.array([opening.ends_rc for opening, _ in joining]).reshape(-1, 2, 2))
     along = ends[:, 1] - ends[:, 0]

@@ -14,19 +14,19 @@ from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells
 from fpnet_core.raster.windows import first_of_each, framed
 from fpnet_core.segmentation.scene import WorkRaster
 
-_MERGE_DEPTH_M = 0.02  # numerical: shallower constrictions are of the raster
-# Numerical: clearances are ordered in steps of a millimetre: radix sort, and no ties decided by
-# rounding.
+_MERGE_DEPTH_M = 0.02  # numerical: shallower constrictions are raster artefacts
+# Numerical: clearances are sorted in steps of a millimetre. This allows a radix sort, and rounding
+# does not decide ties.
 _STEP_M = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Basins:
     """
-    Catchment areas of the clearance's maxima.
+    Catchment basins of the clearance's local maxima.
 
-    ``labels (h, w)`` int32 is basin index + 1, 0 outside the mask; ``peaks (B,)`` is the
-    largest clearance of each basin [m].
+    ``labels (h, w)`` int32 is basin index + 1, 0 outside the mask; ``peaks (B,)`` is the largest
+    clearance of each basin [m].
     """
 
     labels: NDArray[np.int32]
@@ -43,8 +43,8 @@ def _flood(
     """
     Label cells in descending order by their highest labelled neighbour; count the basins.
 
-    Diagonal neighbours count only beside a free cell: a wall drawn as a diagonal line of single
-    cells is closed.
+    A diagonal neighbour counts only if a cell beside both is free. A wall drawn as a diagonal line
+    of single cells is therefore closed.
     """
     cols = height.shape[1]
     count = 0
@@ -69,10 +69,10 @@ def _flood(
 
 def grow_basins(work: WorkRaster) -> Basins:
     """
-    Cut the working raster into one basin per local maximum of the clearance.
+    Divide the working raster into one basin per local maximum of the clearance.
 
-    Cells join the basin of their steepest ascent, visited from the widest place to the
-    narrowest: a watershed without markers. Zero free cells give zero basins.
+    Cells are visited from the widest place to the narrowest and join the basin of their steepest
+    ascent: a watershed without markers. Zero free cells give zero basins.
     """
     mask = framed(work.mask, (1, 1), (1, 1))
     height = framed(work.clearance, (1, 1), (1, 1))
@@ -106,7 +106,7 @@ def find_saddles(
 
 
 def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
-    """Return labels (h, w) without gaps, 0 outside, of basins with what is deeper than noise."""
+    """Return labels (h, w), 0 outside, consecutive, with basins merged across shallow saddles."""
     pairs, saddles = find_saddles(basins.labels, work.clearance)
     parent = list(range(len(basins.peaks) + 1))
     peak = [0.0, *basins.peaks.tolist()]
@@ -116,7 +116,7 @@ def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
             parent[basin] = basin = parent[parent[basin]]
         return basin
 
-    for pair, saddle in zip(pairs.tolist(), saddles.tolist(), strict=True):  # the widest first
+    for pair, saddle in zip(pairs.tolist(), saddles.tolist(), strict=True):  # widest first
         keep, gone = sorted(map(root, pair), key=peak.__getitem__, reverse=True)
         if peak[gone] - saddle < _MERGE_DEPTH_M:
             parent[gone] = keep

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is measured at a line that may part two rooms, whatever found it.
+Geometric features of a line that may divide two rooms, however it was found.
 
-The space behind and beside the line, the walls at its ends, what was seen there and what was not.
-Both sides of a line, and both its ends, come in order of size: nothing hangs on which is first.
+They measure the space behind and beside the line, the walls at its ends, and seen and unseen
+cells. Both sides and both ends are sorted by size, so their order does not matter.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from fpnet_core.raster.rays import marked, run_lengths
 
 Array = NDArray[np.float64]
 
-# Numerical: depths beside the line at which the space is measured [m].
+# Numerical: depths beside the line at which the width of the space is measured [m].
 _DEPTHS_M = (0.2, 0.4, 0.7, 1.0, 1.5, 2.2, 3.0)
-_NARROW = 4  # numerical: so many of these depths say which side is narrower
-_BESIDE_M = 1.5  # numerical: beyond the line's ends the space is measured so far
-_AHEAD_M = 8.0  # numerical: and straight on so far
-_WALL_M = 1.2  # numerical: the wall that goes on from its ends, so far
-_THICK_M = 1.0  # numerical: its thickness is measured so far
-_NEAR_M = 0.15  # numerical: an end meets a wall within so far
-_BAND_M = 0.4  # numerical: furniture and lintels count so near to the line
-_DISC_M = 1.2  # numerical: what is unseen is counted so far from its middle
-_DISC_STEPS = 8.0  # numerical: in so many steps
-_BLOCKED_M = -0.5  # numerical: said of the space beside a place that is not free
-_BLUR_CELLS = 5  # numerical: over so many cells a wall's face has a direction
-_LEAST_CELLS = 1e-6  # numerical: a line without length has a direction, too
+_NARROW = 4  # numerical: the first this many depths decide which side is narrower
+_BESIDE_M = 1.5  # numerical: the space is measured up to this far beyond the line's ends
+_AHEAD_M = 8.0  # numerical: range of the distance perpendicular to the line
+_WALL_M = 1.2  # numerical: range in which the wall continues from the line's ends
+_THICK_M = 1.0  # numerical: largest measured wall thickness
+_NEAR_M = 0.15  # numerical: an end meets a wall within this distance
+_BAND_M = 0.4  # numerical: furniture and lintels count this near to the line
+_DISC_M = 1.2  # numerical: radius around the middle in which unseen cells are counted
+_DISC_STEPS = 8.0  # numerical: samples per radius
+_BLOCKED_M = -0.5  # numerical: value for the space beside a place that is not free
+_BLUR_CELLS = 5  # numerical: window over which a wall face's direction is measured
+_LEAST_CELLS = 1e-6  # numerical: smallest length, so that every line has a direction
 
 _BESIDE = tuple(
     f'{end}_{side}_{depth}'
@@ -50,14 +50,14 @@ LINE_FIGURES = (
     'unseen_least', 'unseen_most',
     'furniture', 'lintel', 'width', 'off_walls',
 )  # fmt: skip
-"""What is measured of a line; lengths in metres, the rest in [0, 1]."""
+"""Features of a line; lengths in metres, the rest in [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class LineMasks:
     """
-    The masks (H, W) that lines are looked at in: what is ``passable``, what was ``unseen``, what
-    was ``furniture`` until it was taken away, and which cells lie below a ``lintel``.
+    Masks (H, W) from which line features are measured.
+    ``furniture`` was removed from the map; ``lintel`` marks cells below a lintel.
     """
 
     passable: Mask
@@ -74,7 +74,7 @@ def line_figures(ends: Array, around: LineMasks) -> Array:
     Parameters
     ----------
     ends : (L, 2, 2) row and column of their ends, fractional
-    around : the masks they lie in
+    around : masks of the surrounding cells
     """
     if not len(ends):
         return np.zeros((0, len(LINE_FIGURES)))
@@ -83,13 +83,13 @@ def line_figures(ends: Array, around: LineMasks) -> Array:
     lengths = np.maximum(np.hypot(*along.T), _LEAST_CELLS)
     lines = _Lines(ends.astype(np.float64), along / lengths[:, None], lengths)
     off = np.abs(np.sin(2.0 * (np.arctan2(along[:, 0], along[:, 1]) - direction)))
-    beside, ahead, hidden = _look_aside(lines, around)
+    beside, ahead, hidden = _side_features(lines, around)
     band = _BAND_M / around.cell_m
     return np.column_stack(
         [
             beside,
             ahead,
-            _look_along(lines, around),
+            _end_features(lines, around),
             hidden,
             _band_share(around.furniture, lines, band, is_across=False),
             _band_share(around.lintel, lines, band, is_across=True),
@@ -109,18 +109,18 @@ class _Lines:
 
     @property
     def across(self) -> Array:
-        """Return unit vectors (L, 2)."""
+        """Return the normals (L, 2), unit vectors."""
         return np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
 
     @property
     def middles(self) -> Array:
-        """Return places (L, 2)."""
+        """Return the middles (L, 2)."""
         return np.asarray(self.ends.mean(axis=1))
 
 
 def wall_direction(passable: Mask) -> float:
-    """Return the angle [rad] that most faces of walls have, but for quarter turns."""
-    # Differences over a few cells tell angles that those of neighbours do not.
+    """Return the main direction of wall faces [rad], modulo a quarter turn."""
+    # Differences over several cells resolve angles that differences of neighbours do not.
     size = (_BLUR_CELLS, _BLUR_CELLS)
     blurred = np.asarray(
         cv2.boxFilter(passable.view(np.uint8), cv2.CV_16S, size, normalize=False), np.int16
@@ -132,7 +132,7 @@ def wall_direction(passable: Mask) -> float:
     slopes = (side * d_row + d_col).ravel()
     slopes = slopes[slopes != 0].astype(np.int64) + side * side // 2
     counts = np.bincount(slopes, minlength=side * side)
-    # The fourth power of a slope as a complex number, over its third.
+    # The fourth power maps quarter turns to one angle; dividing by |slope|^3 weights by length.
     row, col = np.divmod(np.arange(side * side), side)
     slope = (col - steepest) + 1j * (row - steepest)
     turned = counts * slope**4 / np.maximum(np.abs(slope), 1.0) ** 3
@@ -140,20 +140,20 @@ def wall_direction(passable: Mask) -> float:
 
 
 def _by_size(values: Array) -> Array:
-    """Return the smaller and the larger of each two (L, 2)."""
+    """Return each pair of values (L, 2) sorted, smaller first."""
     return np.sort(values, axis=1)
 
 
-def _look_aside(lines: _Lines, around: LineMasks) -> tuple[Array, Array, Array]:
+def _side_features(lines: _Lines, around: LineMasks) -> tuple[Array, Array, Array]:
     """
-    Return what lies on both sides of lines.
+    Return features of the space on both sides of lines.
 
-    How far it is free beside them (L, 28), how far straight on (L, 2), and the share that is
-    unseen (L, 2).
+    These are the free extent beside them (L, 28), the free distance perpendicular to them (L, 2),
+    and the unseen share (L, 2).
     """
     free, cell_m, middles = around.passable, around.cell_m, lines.middles[:, None]
     normals = lines.across[:, None] * np.array([[1.0], [-1.0]])  # line, side
-    # The line's own cells may count as closed.
+    # Start one cell off: the line's own cells may be closed.
     ahead = run_lengths(free, False, middles + normals, normals, _AHEAD_M / cell_m)
     depths = np.array(_DEPTHS_M) / cell_m
     places = middles[:, :, None] + depths[:, None] * normals[:, :, None]  # line, side, depth
@@ -183,8 +183,8 @@ def _unseen_beside(lines: _Lines, around: LineMasks) -> Array:
     return np.asarray((is_unseen[:, None] & is_on).sum(axis=2) / np.maximum(is_on.sum(axis=2), 1))
 
 
-def _look_along(lines: _Lines, around: LineMasks) -> Array:
-    """Return what ends of lines meet (L, 6): wall that goes on, its thickness, whether any is."""
+def _end_features(lines: _Lines, around: LineMasks) -> Array:
+    """Return features of the ends (L, 6): continuing wall, wall thickness, wall contact."""
     cell_m, outwards = around.cell_m, lines.along[:, None] * np.array([[-1.0], [1.0]])
     solid = ~(around.passable | around.unseen)
     near = _NEAR_M / cell_m
@@ -199,7 +199,7 @@ def _look_along(lines: _Lines, around: LineMasks) -> Array:
 
 
 def _solid_share(solid: Mask, places: Array, directions: Array, reach: float) -> Array:
-    """Return the share of wall on lines (L, 2) that go on from places; one beside it counts."""
+    """Return the share (L, 2) of solid cells on rays from places; a solid cell beside counts."""
     steps = np.arange(1, max(2, int(reach)) + 1)
     across = np.stack([-directions[..., 1], directions[..., 0]], axis=-1)
     on = places[..., None, :] + steps[:, None] * directions[..., None, :]
@@ -212,7 +212,7 @@ def _band_share(mask: Mask, lines: _Lines, band: float, is_across: bool) -> Arra
     """
     Return the share (L,) of the cells of bands around lines that lie in ``mask``.
 
-    Or, ``is_across``, of the lines' places that have any of the mask across them.
+    With ``is_across``, the share of places along each line that have any mask cell across it.
     """
     if not mask.any():
         return np.zeros(len(lines.ends))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether there is one room on both sides of a line: a few small networks that vote.
+Ensemble of small networks that decides whether a line divides two rooms.
 
-They see the line with its surroundings, the rooms on both sides as far as they have grown, and
-what kind of map it is; drawings, finished maps and a robot's own submaps share the networks.
+The networks see features of the line and its surroundings, of the rooms on both sides as merged so
+far, and of the map type. Drawings, finished maps and a robot's own submaps share the networks.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from fpnet_core.small_networks import silu, standardised
 Array = NDArray[np.float64]
 
 DOOR_SCHEMA = 1
-"""Given: grows when a figure changes its meaning."""
+"""Given: incremented when a feature changes its meaning."""
 
 DOOR_NAME = 'doors.safetensors'
 
 
 MAP_FIGURES = ('is_gap', 'is_drawing', 'has_scans', 'sees_lintels')
-"""Whether the line continues a wall's face, and what is known of the whole map."""
+"""Whether the line continues a wall's face, and properties of the whole map."""
 
 FIGURES = (*LINE_FIGURES, *MAP_FIGURES, *ROOM_FIGURES)
-"""All that a network sees, in this order."""
+"""All inputs of a network, in this order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +41,15 @@ class DoorModel:
     """
     ``tensors`` of the networks.
 
-    Letters: ``D`` figures, ``m`` networks, ``h`` width. ``mean`` and ``spread (D,)`` standardise
-    the figures; ``first (m, h, D)``, ``second (m, h, h)`` and ``out (m, h)`` are the layers, their
-    biases called alike.
+    Letters: ``D`` features, ``m`` networks, ``h`` width. ``mean`` and ``spread (D,)`` standardise
+    the features. ``first (m, h, D)``, ``second (m, h, h)`` and ``out (m, h)`` are the layers; each
+    has a ``NAME_bias``.
     """
 
     tensors: dict[str, NDArray[np.float32]]
 
     def probability_of_one_room(self, figures: Array) -> Array:
-        """Return probabilities (L,) that lines of ``figures (L, D)`` part nothing."""
+        """Return probabilities (L,) that lines with ``figures (L, D)`` divide nothing."""
         t = self._layers
         x = standardised(figures, t['mean'], t['spread'])
         hidden = silu(x @ t['first'] + t['first_bias'])
@@ -59,7 +59,7 @@ class DoorModel:
 
     @cached_property
     def _layers(self) -> dict[str, Array]:
-        """The tensors as all networks at once multiply by them, in double precision."""
+        """Tensors in double precision, arranged to evaluate all networks at once."""
         layers = {name: tensor.astype(np.float64) for name, tensor in self.tensors.items()}
         for name in ('first', 'second'):
             layers[name] = np.ascontiguousarray(layers[name].transpose(0, 2, 1))
@@ -77,7 +77,7 @@ def packaged_door_model() -> DoorModel:
 
 
 def model_of(weights: Weights) -> DoorModel:
-    """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
+    """Return the model of a checkpoint; WeightsError if it was trained on other features."""
     network = network_of(weights, 'doors', {'figures': FIGURES}, 'train doors')
     members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
     check_shapes(DOOR_NAME, weights.tensors, shapes(members, width))

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is drawn in and before doorways: sills from one jamb to the other, leaves and their arcs.
+Door symbols in doorways: thresholds (sills) drawn between the jambs, leaves and their arcs.
 
-Nothing tells a sill from a wall but that the walls at its ends are thicker. So lines are taken
-away, gaps are looked for in the walls that remain, and a gap between two rooms that is closed by
-less than walls are made of is a doorway. Windows are drawn alike: what the gaps in outer walls
-show as often as not, and no fewer of them than of inner ones, is a window's sign, and takes a leaf
-to be a sill's. Where a doorway is known its leaf can stand in a few places only, and is found
-though letters or furniture cross it.
+A sill looks like a wall, except that the walls at its ends are thicker. The module therefore
+removes lines, finds gaps in the remaining walls, and takes a gap between two rooms that thin lines
+close as a doorway. Windows are drawn alike. If more than half of the closed gaps in outer walls
+show the same number of lines, and no fewer of them than inner gaps, that number marks a window,
+and such a gap needs a leaf to be a doorway. In a known doorway a leaf has few possible poses, so
+it is found even where letters or furniture cross it.
 """
 
 from __future__ import annotations
@@ -30,40 +30,40 @@ from fpnet_core.segmentation.gaps import find_gaps
 
 Array = NDArray[np.float64]
 
-# Physical: doorways of a storey are so wide [m] and its walls at most so thick [m], at a scale
-# wrong by a half.
+# Physical: range of doorway widths and largest wall thickness in a building [m], allowing for a
+# scale wrong by a half.
 _WIDTH_M, _THICKEST_M = (0.5, 3.0), 0.8
-# Fitted by hand to the tune plans (notes/segmentation.md): wider doorways have leaves, which
-# are drawn then [m].
+# Fitted by hand to the development split's plans (notes/segmentation.md): wider doorways have a
+# drawn leaf [m].
 _LEAFLESS_M = 1.5
-# Numerical: symbols are looked for at cells of about this size [m].
+# Numerical: symbols are searched for at cells of about this size [m].
 _WORK_M = 0.02
-# Numerical: lines are thinner than so many cells.
+# Numerical: lines are thinner than this many cells.
 _SIDES = (2, 3, 4, 6, 8)
-# Fitted by hand to the tune half's plans (notes/segmentation.md): thinner walls are not told from
-# lines, without a leaf and with one.
+# Fitted by hand to the development split's plans (notes/segmentation.md): thinner walls cannot be
+# told from lines; without a leaf, with one.
 _LEAST_CELLS, _LEAST_LEAFED_CELLS = 4.0, 2.5
 # Chosen, not measured:
-_LINE_M = 0.18  # and than this [m]
-_HOLLOW_M = 0.5  # narrower closed spaces are the inside of walls that are drawn as two lines [m]
-_PLAIN = 0.8  # of its rectangle does the inside of a doorway with two sills fill
-_DRAWN = 0.8  # of a line's length is drawn
-_EMPTY = 0.25  # of the rest of a doorway, at most, is drawn: a leaf's end, a jamb's rounding
-_THIN = 0.5  # of a wall's thickness has a single sill, at most
+_LINE_M = 0.18  # lines are also thinner than this [m]
+_HOLLOW_M = 0.5  # narrower enclosed spaces are the inside of walls drawn as two lines [m]
+_PLAIN = 0.8  # least share of its rectangle that the inside of a doorway with two sills fills
+_DRAWN = 0.8  # least drawn share of a line's length
+_EMPTY = 0.25  # largest drawn share of the rest of a doorway: a leaf's end, a jamb's rounding
+_THIN = 0.5  # largest thickness of a single sill over its wall's
 _MOST_LINES = 2
-_BESIDE_M = (0.25, 0.45)  # on both sides of the doorway there is a room [m]
-_ROOM_SHARE = 0.6  # of the places there
-_WINDOWS = 0.5  # of the gaps in outer walls show as many lines as windows do
-_OPEN_RAD = (0.5 * np.pi, 0.25 * np.pi)  # leaves are drawn open so far
-_SWEPT, _BARE = 0.9, 0.5  # of a leaf and an arc is drawn, and of those beside them
-_SHORTER, _BESIDE_RAD = 0.8, 0.2  # those beside: an arc of so much the radius, a leaf so turned
-_LENGTHS = (0.94, 0.97, 1.0, 1.03, 1.06)  # a leaf's, over the doorway's width
-_LOOSE_M = 0.03  # leaves and arcs may be off by so much [m]
-_STUB_CELLS = 1.5  # of a leaf at its hinge and an arc at its jamb so much stays
-_STEP = 0.5  # numerical: of a cell, at which a doorway is looked over
-_PLACES = 14  # numerical: where a leaf and an arc are looked at
-# All leaves that there may be (5, N): length and hinge over the doorway's length, side, face from
-# the wall's low to its high one, how far open.
+_BESIDE_M = (0.25, 0.45)  # depths on both sides of a doorway where room cells are checked [m]
+_ROOM_SHARE = 0.6  # least share of room cells there
+_WINDOWS = 0.5  # more than this share of the closed gaps in outer walls marks windows
+_OPEN_RAD = (0.5 * np.pi, 0.25 * np.pi)  # drawn opening angles of leaves
+_SWEPT, _BARE = 0.9, 0.5  # least drawn share of a leaf and an arc, largest one beside them
+_SHORTER, _BESIDE_RAD = 0.8, 0.2  # places beside: arc radius factor, turn of the leaf
+_LENGTHS = (0.94, 0.97, 1.0, 1.03, 1.06)  # leaf lengths over the doorway's width
+_LOOSE_M = 0.03  # position tolerance of leaves and arcs [m]
+_STUB_CELLS = 1.5  # length kept of a leaf at its hinge and of an arc at its jamb
+_STEP = 0.5  # numerical: sampling step in a doorway [cells]
+_PLACES = 14  # numerical: samples along a leaf and an arc
+# Leaf hypotheses (5, N): length and hinge over the doorway's length, side, wall face from low (0)
+# to high (1), opening angle.
 _LEAVES = np.stack(
     np.meshgrid(np.outer([1.0, 0.5], _LENGTHS), (0, 1), (-1, 1), (0.0, 0.5, 1.0), _OPEN_RAD)
 ).reshape(5, -1)
@@ -72,9 +72,9 @@ _LEAVES = np.stack(
 @dataclass(frozen=True, eq=False)
 class _Doorway:
     """
-    A place where a door may be, in cells.
+    A possible doorway, in cells.
 
-    It goes from ``start (2,)`` on ``along (2,)`` for ``length`` through a wall that lies from
+    It starts at ``start (2,)`` and extends ``along (2,)`` for ``length``, through a wall from
     ``low`` to ``high`` across it.
     """
 
@@ -90,7 +90,7 @@ class _Doorway:
         return np.array([-self.along[1], self.along[0]])
 
     def at(self, along: Array, across: Array) -> Array:
-        """Return places (..., 2) so far along and across."""
+        """Return the places (..., 2) at offsets ``along`` and ``across``."""
         return np.asarray(
             self.start + along[..., None] * self.along + across[..., None] * self.across
         )
@@ -98,7 +98,7 @@ class _Doorway:
 
 @dataclass(frozen=True, eq=False)
 class _Swing:
-    """Leaves of a door that stand open: places (N, 2) on them and on their arcs."""
+    """Open leaves of a door: places (N, 2) on them and on their arcs."""
 
     places: Array
     has_arc: bool
@@ -110,9 +110,9 @@ def doorway_symbols(ink: Mask, room: Mask, cell_m: float) -> Mask:
 
     Parameters
     ----------
-    ink : (H, W), what is drawn
+    ink : (H, W), drawn cells
     room : (H, W), free space inside the building
-    cell_m : cell edge, about [true metres]
+    cell_m : approximate cell edge [true metres]
     """
     stride = max(1, int(_WORK_M / cell_m))
     drawn = block_any(ink, stride)
@@ -138,7 +138,7 @@ def _symbols(ink: Mask, room: Mask, cell_m: float) -> Mask:
 
 
 def _hollows(ink: Mask, cell_m: float) -> tuple[NDArray[np.int32], Mask]:
-    """Return the closed spaces of a drawing (H, W), and which are nowhere as wide as a room."""
+    """Return labels (H, W) of a drawing's enclosed spaces, and which are narrower than a room."""
     spaces, figures = pieces_of(~ink, connectivity=4)
     _, widest = label_figures(spaces, cells_to_nearest(ink), len(figures))
     is_hollow = 2.0 * widest * cell_m < _HOLLOW_M
@@ -147,7 +147,7 @@ def _hollows(ink: Mask, cell_m: float) -> tuple[NDArray[np.int32], Mask]:
 
 
 def _wall_masks(ink: Mask, hollow: Mask, cell_m: float) -> Iterator[Mask]:
-    """Yield what is left (H, W) without lines of so many cells, hollow walls filled and not."""
+    """Yield ``ink`` (H, W) without lines of each width, hollow walls not filled and filled."""
     for side in _SIDES:
         if side > _SIDES[0] and side * cell_m > _LINE_M:
             return
@@ -158,7 +158,7 @@ def _wall_masks(ink: Mask, hollow: Mask, cell_m: float) -> Iterator[Mask]:
 
 
 def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen: int) -> Mask:
-    """Return what (H, W) is drawn in and before the gaps of ``walls (H, W)``."""
+    """Return the drawn symbols (H, W) in and before the gaps of ``walls (H, W)``."""
     strokes, filled = np.zeros(ink.shape, np.bool_), np.zeros(ink.shape, np.uint8)
     ways = list(_gap_doorways(walls, cell_m))
     lines = [_lines(ink, way) for way in ways]
@@ -172,12 +172,12 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
         is_plain = is_narrow and way.high - way.low >= _LEAST_CELLS and many not in windows
         if inner and 0 < many <= _MOST_LINES and (swing is not None or is_plain):
             _fill(way, filled)
-    # A pen covers the lines of leaves and arcs; walls that they touch stay.
+    # The pen covers the lines of leaves and arcs; walls that they touch are kept.
     return (grown(strokes, pen) & ~grown(walls, 1)) | (filled > 0)
 
 
 def _windows(lines: list[int], is_inner: list[bool]) -> set[int]:
-    """Return by how many lines windows are drawn, as what closes gaps and where these are say."""
+    """Return the numbers of lines that mark windows, from the closed inner and outer gaps."""
     closed = [(many, inside) for many, inside in zip(lines, is_inner, strict=True) if many]
     outer = Counter(many for many, inside in closed if not inside)
     inner = Counter(many for many, inside in closed if inside)
@@ -196,7 +196,7 @@ def _gap_doorways(walls: Mask, cell_m: float) -> Iterator[_Doorway]:
 
 
 def _depth(walls: Mask, ends: Array, along: Array, most: float) -> tuple[float, float] | None:
-    """Return from where to where across a gap the walls at both its ends go; None if nowhere."""
+    """Return the range across a gap that the walls at both ends span; None if there is none."""
     across = np.array([[along[1], -along[0]], [-along[1], along[0]]])
     starts = ends + 1.5 * np.array([[-1.0], [1.0]]) * along
     runs = run_lengths(walls, False, starts[:, None], across, most).min(axis=0)
@@ -208,9 +208,9 @@ def _hollow_doorways(
     ink: Mask, spaces: NDArray[np.int32], is_hollow: Mask, cell_m: float
 ) -> Iterator[_Doorway]:
     """
-    Yield the insides of walls (H, W) that may be those of doorways with two sills.
+    Yield insides of hollow walls (H, W) that may be doorways with two sills.
 
-    They go to the middles of the lines that jambs are drawn as: leaves hang there.
+    Each extends to the middle of the lines that form its jambs, where leaves are hinged.
     """
     least = _WIDTH_M[0] / cell_m / np.sqrt(2.0)
     for number, window in label_windows(looked_up(spaces, is_hollow) * spaces).items():
@@ -233,7 +233,7 @@ def _hollow_doorways(
 
 
 def _jamb(ink: Mask, end: Array, along: Array, reach: float, cell_m: float) -> float:
-    """Return how thick the line is that ends a doorway [cells], 0 where it is a filled wall."""
+    """Return the thickness of the line that ends a doorway [cells], 0 for a filled wall."""
     across, most = np.array([-along[1], along[0]]), _LINE_M / cell_m
     starts = end + np.array([[-reach], [0.0], [reach]]) * across + 0.5 * along
     thick = float(np.median(run_lengths(ink, False, starts, along, most)))
@@ -241,7 +241,7 @@ def _jamb(ink: Mask, end: Array, along: Array, reach: float, cell_m: float) -> f
 
 
 def _is_between(room: Mask, way: _Doorway, cell_m: float) -> bool:
-    """Tell whether there is a room on both sides of a doorway."""
+    """Return whether there is a room on both sides of a doorway."""
     places = np.arange(0.0, way.length + 1.0)
     reach = np.array(_BESIDE_M)[:, None] / cell_m
     beside = (way.at(places[None], at) for at in (way.low - reach, way.high + reach))
@@ -249,13 +249,13 @@ def _is_between(room: Mask, way: _Doorway, cell_m: float) -> bool:
 
 
 def _lines(ink: Mask, way: _Doorway) -> int:
-    """Return how many lines close a doorway, 0 where nothing does or more than lines."""
+    """Return the number of lines that close a doorway, 0 if it is open or otherwise blocked."""
     offsets = np.arange(way.low - 1.0, way.high + 1.5, _STEP)
     places = np.arange(2.0, way.length - 1.0)
     if not len(places):
         return 0
     drawn = np.asarray(values_at(ink, way.at(places[None], offsets[:, None]), 0.0)) > 0
-    # A line of one cell that runs askew lies between two rows of places.
+    # An oblique line of one cell falls between two rows of samples.
     is_line = (drawn | np.roll(drawn, -1, axis=0)).mean(axis=1) >= _DRAWN
     starts = np.count_nonzero(np.diff(np.concatenate([[0], is_line.astype(np.int8)])) == 1)
     near = grown(is_line[:, None], round(1.0 / _STEP))[:, 0]
@@ -266,7 +266,7 @@ def _lines(ink: Mask, way: _Doorway) -> int:
 
 
 def _swing(near: Mask, way: _Doorway) -> _Swing | None:
-    """Return the leaf that stands open in a doorway, or both; None where none is drawn."""
+    """Return the open leaf or pair of leaves drawn in a doorway; None without one."""
     leaves = _hypotheses(way)
     swept = _shown(near, way, leaves)
     is_whole = leaves[:, 0] > 0.75 * way.length
@@ -280,15 +280,15 @@ def _swing(near: Mask, way: _Doorway) -> _Swing | None:
 
 def _shown(near: Mask, way: _Doorway, leaves: Array) -> Array:
     """
-    Return how much of the arcs of ``leaves (N, 5)`` is drawn (N,); 0 if only the leaf is, else -1.
+    Return the drawn share of the arcs of ``leaves (N, 5)``, (N,): 0 for a bare leaf, -1 for none.
 
-    What lies beside a leaf and within its arc is mostly blank, or it is a pattern.
+    The places beside a leaf and within its arc must be mostly blank; otherwise it is a pattern.
     """
     share = np.linspace(0.0, 1.0, _PLACES)
     out, turn = 0.2 + 0.75 * share, 0.1 + 0.85 * share
 
     def drawn(chosen: Array, angle: Array | float, length: Array | float) -> Array:
-        """Return the share (N,) of places at angles from the doorway, lengths from the hinge."""
+        """Return the drawn share (N,) at angles from the doorway and distances from the hinge."""
         radius, hinge, side, at, _ = chosen.T[:, :, None]
         u, v = radius * length * np.cos(angle), radius * length * np.sin(angle)
         places = way.at(hinge + np.where(hinge == 0.0, u, -u), at + side * v)
@@ -320,14 +320,14 @@ def _strokes(
 
 
 def _hypotheses(way: _Doorway) -> Array:
-    """Return the leaves (N, 5) that there may be: length, hinge, side, face, how far open."""
+    """Return the leaf hypotheses (N, 5): length, hinge, side, face offset, opening angle."""
     length, hinge, side, face, opened = _LEAVES
     at = (1.0 - face) * way.low + face * way.high
     return np.stack([way.length * length, way.length * hinge, side, at, opened], axis=1)
 
 
 def _best(swept: Array, is_whole: Mask, is_first: Mask) -> list[int]:
-    """Return which leaves are drawn: the best of one, else the best two that meet; or none."""
+    """Return the drawn leaves: the best single one, else the best pair that meets, else none."""
     groups = (is_whole,), (~is_whole & is_first, ~is_whole & ~is_first)
     for group in groups:
         best = [int(np.argmax(np.where(mask, swept, -1.0))) for mask in group]

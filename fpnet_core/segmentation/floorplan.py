@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floorplan drawings to rooms and doors (paper, section III-A)."""
+"""Segmentation of floorplan drawings into rooms and doors (paper, section III-A)."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
-# A closed space without a door that is smaller is no room;
+# Smaller enclosed spaces without a door are no rooms;
 # fitted to furnished drawings of generated storeys (notes/segmentation.md).
-_MIN_SHUT_AREA_M2 = 3.0
-# Physical: nobody walks where it is narrower. A closed space without a door that mostly is so is
+_MIN_ENCLOSED_AREA_M2 = 3.0
+# Physical: too narrow for a person. An enclosed space without a door that is mostly narrower is
 # the hollow of a wall drawn as two lines, or a duct.
-_MIN_SHUT_WIDTH_M = 0.6
-# Doors of shut rooms, their leaves and windows beside them lie within [m]. Chosen.
-_NEAR_SHUT_M = 2.0
-# Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
+_MIN_ENCLOSED_WIDTH_M = 0.6
+# Doors of rooms without an opening, their leaves and adjacent windows lie within [m]. Chosen.
+_NEAR_ENCLOSED_M = 2.0
+# Numerical: a hectare at 2 cm has 25 million cells; the work needs about twenty bytes per cell.
 _MAX_CELLS = 64_000_000
 _CELL_M = 0.05
 """
-Numerical: that of most robots' maps, and of the drawings that the model of doors has learned from.
-Once symbols are gone, cells half as wide or less tell no more of rooms, and are taken together.
+Numerical: cell edge of most robot maps and of the drawings that the door model was trained on.
+After the symbols are removed, cells of half this size or less are merged: they add nothing.
 """
 
 
@@ -51,24 +51,24 @@ def segment_floorplan(
     grid: GridMap, config: SegmentationConfig, metres_per_unit: float = 1.0
 ) -> Segmentation:
     """
-    Cut a floorplan into rooms and doors, by default by a watershed of its clearance.
+    Segment a floorplan into rooms and doors, by default by a watershed of its clearance.
 
-    Door symbols and free-standing obstacles are removed. The free space is cut at gaps between the
-    ends of walls and at the saddles of the distance to the walls; pieces join where a learned
-    model says that the line between them is more probably no door, and the lines that remain are
-    the doors. Where the paper erodes the free space step by step [6], saddles say in one pass at
-    which erosion two rooms would part.
+    Door symbols and free-standing obstacles are removed. The free space is divided at gaps between
+    the ends of walls and at the saddles of the distance to the walls. Pieces merge where a learned
+    model finds the line between them more probably no door; the remaining lines are the doors. The
+    paper erodes the free space step by step [6]; saddles give the erosion at which two rooms
+    separate in a single pass.
 
     Parameters
     ----------
     grid : the drawing; unknown cells count as not free
-    config : how it is cut
+    config : segmentation method
     metres_per_unit : true metres per nominal metre of the grid; results stay nominal
 
     Returns
     -------
-    Segmentation; an empty one with a reason where there is nothing to segment. Its grid is the
-    drawing with the paper around the building turned unknown.
+    Segmentation; an empty one with a reason if there is nothing to segment. Its grid is the
+    drawing with the paper around the building set to unknown.
 
     Raises
     ------
@@ -93,8 +93,8 @@ def segment_floorplan(
     step = max(1, int(_CELL_M / cell_m))
     scene = drawn_scene(free, cell_m, is_bare=not is_default)
     coarse = scene.coarser(step)
-    if is_default and (shut := _shut_rooms(coarse, on_paper)) is not None:
-        symbols = _symbols_around(shut, grid.cells, cell_m, step)
+    if is_default and (window := _enclosed_rooms(coarse, on_paper)) is not None:
+        symbols = _symbols_around(window, grid.cells, cell_m, step)
         if symbols.any():
             scene = drawn_scene(free | symbols, cell_m)
             coarse = scene.coarser(step)
@@ -104,24 +104,24 @@ def segment_floorplan(
     blocks = replace(grid, cells=cells, resolution=step * grid.resolution)
     found = _cut(blocks, coarse, config, on_paper, metres_per_unit)
     labels = upsample_labels(np.asarray(found.labels), step, scene.free)
-    labels.setflags(write=False)  # or they would be copied
+    labels.setflags(write=False)  # Segmentation copies writable arrays
     return replace(found, grid=grid, labels=labels)
 
 
-def _shut_rooms(scene: Scene, on_paper: bool) -> Window | None:
+def _enclosed_rooms(scene: Scene, on_paper: bool) -> Window | None:
     """
-    Return the window around all spaces of a room's size that no door leads to, with what is near.
+    Return the window, with a margin, around all room-sized spaces without a door; or None.
 
-    None where one space is all: doors lead from the largest to all others.
+    The largest space is not counted: doors connect it to all others.
     """
     spaces, figures = pieces_of(scene.free, connectivity=4)
     is_room = _is_room(spaces, scene.clearance, scene.cell_m, on_paper)
     sizes = figures[:, 4]
-    is_room &= sizes >= _MIN_SHUT_AREA_M2 / scene.cell_m**2
+    is_room &= sizes >= _MIN_ENCLOSED_AREA_M2 / scene.cell_m**2
     is_room[np.argmax(np.where(is_room, sizes, 0))] = False
     if not is_room.any():
         return None
-    near = round(_NEAR_SHUT_M / scene.cell_m)
+    near = round(_NEAR_ENCLOSED_M / scene.cell_m)
     left, top, width, height, _ = figures[is_room].T
     return (
         slice(max(0, int(top.min()) - near), int((top + height).max()) + near),
@@ -129,9 +129,9 @@ def _shut_rooms(scene: Scene, on_paper: bool) -> Window | None:
     )
 
 
-def _symbols_around(shut: Window, cells: NDArray[np.int8], cell_m: float, step: int) -> Mask:
+def _symbols_around(window: Window, cells: NDArray[np.int8], cell_m: float, step: int) -> Mask:
     """Return the symbols (H, W) that close doorways in a window of blocks of ``cells (H, W)``."""
-    rows, cols = (slice(side.start * step, side.stop * step) for side in shut)
+    rows, cols = (slice(side.start * step, side.stop * step) for side in window)
     free = cells[rows, cols] == FREE
     ink = ~free & ~reached_from_edge(cells == UNKNOWN)[rows, cols]
     symbols = np.zeros(cells.shape, np.bool_)
@@ -142,21 +142,21 @@ def _symbols_around(shut: Window, cells: NDArray[np.int8], cell_m: float, step: 
 def _cut(
     grid: GridMap, scene: Scene, config: SegmentationConfig, on_paper: bool, metres_per_unit: float
 ) -> Segmentation:
-    """Cut a drawing's scene into rooms and doors; ``grid`` has its shape."""
+    """Segment a drawing's scene into rooms and doors; ``grid`` has the same shape."""
     is_default, cell_m = config.method == 'default', scene.cell_m
-    cut = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
+    cut = cut_rooms(scene) if is_default else _segment_simply(scene, config.method)
     full, openings, clearance = cut
     is_room = _is_room(full, clearance, cell_m, on_paper)
     if is_default and openings:
-        is_room &= ~_is_shut(full, openings, is_room, clearance, cell_m)
+        is_room &= ~_is_enclosed(full, openings, is_room, clearance, cell_m)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
 
 
 def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
     """
-    Return the scene of a drawing's free cells (H, W), door symbols and furniture taken away.
+    Return the scene of a drawing's free cells (H, W) without door symbols and furniture.
 
-    ``is_bare`` leaves them; ``cell_m`` is the cell edge [true metres].
+    ``is_bare`` keeps them; ``cell_m`` is the cell edge [true metres].
     """
     bare = free
     if not is_bare:
@@ -166,7 +166,7 @@ def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
     return Scene(bare, np.zeros_like(bare), blocked, cell_m, furniture=bare & ~free)
 
 
-def _cut_simply(
+def _segment_simply(
     scene: Scene, method: str
 ) -> tuple[NDArray[np.int32], list[Opening], NDArray[np.float32]]:
     from fpnet_core.segmentation.simple import cut_rooms_simply  # loads scikit-image
@@ -190,10 +190,10 @@ def _is_room(
     labels: NDArray[np.int32], clearance: NDArray[np.float32], cell_m: float, on_paper: bool
 ) -> Mask:
     """
-    Tell which labels (R + 1,) are rooms.
+    Return which labels (R + 1,) are rooms.
 
-    Not those that are small, that nobody fits into (the space between a wall's two drawn faces),
-    or that are the paper around the drawing.
+    Small labels, labels too narrow for a person (the space between a wall's two drawn faces) and
+    the paper around the drawing are not.
     """
     sizes, widest = label_figures(labels, clearance, int(labels.max(initial=0)) + 1)
     is_room = sizes >= MIN_ROOM_AREA_M2 / cell_m**2
@@ -204,7 +204,7 @@ def _is_room(
     return np.asarray(is_room)
 
 
-def _is_shut(
+def _is_enclosed(
     labels: NDArray[np.int32],
     openings: list[Opening],
     is_room: Mask,
@@ -212,30 +212,29 @@ def _is_shut(
     cell_m: float,
 ) -> Mask:
     """
-    Tell which labels (R + 1,) nobody can enter, and are no rooms for that.
+    Return which labels (R + 1,) are inaccessible spaces and therefore no rooms.
 
-    Small ones are tables, shafts and cupboards, narrow ones hollows of walls; one around all
-    others is what lies between the building and the frame or the dimensions that are drawn
-    around it.
+    Small ones are tables, shafts and cupboards; narrow ones are hollows of walls. A space around
+    all others lies between the building and a frame or dimensions drawn around it.
     """
-    is_shut = np.ones(len(is_room), dtype=np.bool_)
-    is_shut[[room for opening in openings for room in opening.rooms]] = False
+    is_enclosed = np.ones(len(is_room), dtype=np.bool_)
+    is_enclosed[[room for opening in openings for room in opening.rooms]] = False
     ends, sizes, _ = label_extents(labels, len(is_room))
-    is_small = sizes < _MIN_SHUT_AREA_M2 / cell_m**2
-    is_narrow = _mean_widths(labels, clearance, len(is_room)) < _MIN_SHUT_WIDTH_M
-    inner = ends[is_room & ~is_shut]
+    is_small = sizes < _MIN_ENCLOSED_AREA_M2 / cell_m**2
+    is_narrow = _mean_widths(labels, clearance, len(is_room)) < _MIN_ENCLOSED_WIDTH_M
+    inner = ends[is_room & ~is_enclosed]
     is_around = (ends[:, :2] < inner[:, :2].min(axis=0, initial=labels.size)).all(axis=1)
     is_around &= (ends[:, 2:] > inner[:, 2:].max(axis=0, initial=0)).all(axis=1)
-    return np.asarray(is_shut & (is_small | is_narrow | is_around))
+    return np.asarray(is_enclosed & (is_small | is_narrow | is_around))
 
 
 def _mean_widths(
     labels: NDArray[np.int32], clearance: NDArray[np.float32], count: int
 ) -> NDArray[np.float64]:
     """
-    Return how wide (count,) spaces are in the mean [m].
+    Return the mean width (count,) of spaces [m].
 
-    A strip's cells are a quarter of its width away from its sides in the mean, whatever its turn.
+    In a strip of any orientation, the mean distance to its sides is a quarter of its width.
     """
     sizes = np.bincount(labels.ravel(), minlength=count)
     sums = np.bincount(labels.ravel(), clearance.ravel(), minlength=count)
@@ -243,6 +242,6 @@ def _mean_widths(
 
 
 def _only(labels: NDArray[np.int32], is_kept: Mask) -> NDArray[np.int32]:
-    """Return ``labels`` (H, W) that are kept, 0 in place of the others."""
+    """Return the kept ``labels`` (H, W), 0 in place of the others."""
     numbers = np.where(is_kept, np.arange(len(is_kept)), 0).astype(np.int32)
     return looked_up(labels, numbers)

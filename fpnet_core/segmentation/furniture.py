@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What stands free: furniture, and pieces of wall between doorways."""
+"""Free-standing obstacles: furniture, and pieces of wall between doorways."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from fpnet_core.raster.pieces import filled, looked_up, pieces_of
 from fpnet_core.raster.windows import Window, cropped, framed
 
 # Free-standing obstacles smaller than this are furniture;
-# fitted to the tune half (notes/segmentation.md).
+# fitted to the development split (notes/segmentation.md).
 _AREA_M2 = 2.0
 # Free-standing obstacles longer than this are walls;
-# fitted to the tune half (notes/segmentation.md).
+# fitted to the development split (notes/segmentation.md).
 _EXTENT_M = 2.5
-# A piece of wall between two doorways is at least so long and nowhere thicker [m], covers so many
-# squares of its thickness, and is a doorway away from all others [m];
-# fitted to the tune half (notes/segmentation.md).
+# A piece of wall between two doorways has at least this length, at most this thickness [m], at
+# least this area in squares of its thickness, and this distance to all other walls [m];
+# fitted to the development split (notes/segmentation.md).
 _LEAST_LENGTH_M, _MOST_THICKNESS_M, _LEAST_SLENDERNESS, _DOORWAY_M = 0.65, 0.4, 2.5, 0.6
-# Chosen: walls as near are looked at for whether they stand beside a piece or go on from it [m],
-# one that is straight: so wide at most, over its length.
+# Chosen: reach within which walls beside a piece and beyond its ends are compared [m]; largest
+# width of a straight piece over its length.
 _BESIDE_M, _STRAIGHT = 1.6, 0.35
 
 
 def free_standing(free: Mask, cell_m: float) -> Mask:
     """
-    Return the cells (H, W) of small pieces that ``free (H, W)`` surrounds, of whatever kind.
+    Return the cells (H, W) of small obstacles of any kind that ``free (H, W)`` surrounds.
 
-    They stay below limits of area and bounding-box diagonal, and touch no border. ``cell_m`` is
+    Their area and bounding-box diagonal are below limits and they touch no border. ``cell_m`` is
     the cell edge [true metres].
     """
     obstacles, figures = pieces_of(~free)
@@ -43,11 +43,11 @@ def furniture_cells(free: Mask, cell_m: float, is_drawn: bool = False) -> Mask:
     """
     Return the cells (H, W) of furniture, which are not ``free (H, W)``.
 
-    Free-standing pieces are, unless they stand as a piece of wall does between two doorways: thin,
-    long, and a doorway away from the walls. A table that is drawn by its outline is as thick as
-    the table, and what a robot sees of one is filled by what it hides. Where ``is_drawn``, walls
-    go on from the ends of such a piece: what points through a doorway, as an arrow does, has them
-    at its sides. ``cell_m`` is the cell edge [true metres].
+    Small free-standing obstacles are furniture, unless they look like a piece of wall between two
+    doorways: thin, long, and a doorway's width away from the walls. A table drawn by its outline
+    is as thick as the table; in a robot map, occlusion fills it. With ``is_drawn``, walls must
+    also continue beyond the ends of a wall piece: an arrow through a doorway has them at its
+    sides. ``cell_m`` is the cell edge [true metres].
     """
     obstacles, figures = pieces_of(~free)
     is_small = _are_small(figures, free.shape, cell_m)
@@ -56,7 +56,7 @@ def furniture_cells(free: Mask, cell_m: float, is_drawn: bool = False) -> Mask:
 
 
 def _are_small(figures: NDArray[np.int32], shape: tuple[int, ...], cell_m: float) -> Mask:
-    """Tell which obstacles, ``figures (N, 5)`` as of :func:`pieces_of`, are small, and inside."""
+    """Return which obstacles, ``figures (N, 5)`` of :func:`pieces_of`, are small and inside."""
     left, top, width, height, area = figures.T
     inside = (left > 0) & (top > 0) & (left + width < shape[1]) & (top + height < shape[0])
     small = area * cell_m**2 < _AREA_M2
@@ -73,7 +73,7 @@ def _are_walls(
     cell_m: float,
     is_drawn: bool,
 ) -> Mask:
-    """Tell which obstacles ``among (N,)`` some stand as a piece of wall does."""
+    """Return which of the obstacles ``among (N,)`` are pieces of wall between doorways."""
     size = figures[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
     found = among & (np.hypot(*size.T) * cell_m >= _LEAST_LENGTH_M)
     for number in np.flatnonzero(found):
@@ -96,7 +96,7 @@ def _are_walls(
 def _is_apart(
     obstacles: NDArray[np.int32], number: np.int64, among: Mask, window: Window, cells: int
 ) -> bool:
-    """Tell whether all obstacles but those ``among`` some are so many cells away from one."""
+    """Return whether one obstacle is ``cells`` away from all obstacles not in ``among``."""
     walls, own = _walls_near(obstacles, number, among, window, cells)
     return bool(cells_to_nearest(walls, where=own, most=cells)[own].min() >= cells)
 
@@ -104,14 +104,14 @@ def _is_apart(
 def _is_across(
     obstacles: NDArray[np.int32], number: np.int64, among: Mask, window: Window, cells: int
 ) -> bool:
-    """Tell whether the nearest walls, within so many cells, lie beside a straight piece."""
+    """Return whether the walls nearest to a straight piece, within ``cells``, lie beside it."""
     walls, own = _walls_near(obstacles, number, among, window, cells)
     if not walls.any():
         return False
     rc = np.argwhere(own)
     axes = np.linalg.eigh(np.cov(rc.T))[1]  # across, along
     half = np.abs((rc - rc.mean(axis=0)) @ axes).max(axis=0)
-    if half[0] > _STRAIGHT * half[1]:  # walls that meet there go on in several directions
+    if half[0] > _STRAIGHT * half[1]:  # a junction of walls, which continue in several directions
         return False
     away = np.maximum(np.abs((np.argwhere(walls) - rc.mean(axis=0)) @ axes) - half, 0.0)
     is_beside = away[:, 1] == 0.0
@@ -123,7 +123,7 @@ def _is_across(
 def _walls_near(
     obstacles: NDArray[np.int32], number: np.int64, among: Mask, window: Window, cells: int
 ) -> tuple[Mask, Mask]:
-    """Return the obstacles (H, W) but those ``among`` some so near to one, and that one."""
+    """Return the cells (H, W) of walls, not ``among``, near one obstacle, and its own cells."""
     rows, cols = (slice(side.start - cells, side.stop + cells) for side in window)
     near = cropped(obstacles, (rows, cols), 0)
     return (near > 0) & ~among[near], near == number

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Gaps in walls: openings told by the walls that end at them, however wide they are.
+Gaps in walls: openings of any width between the ends of walls.
 
-Clearance alone cannot see them: where a cubicle's mouth is wider than the corridor in front,
-no saddle lies in the mouth.
+Clearance alone cannot find them: where a cubicle's opening is wider than the corridor in front,
+the clearance has no saddle there.
 """
 
 from __future__ import annotations
@@ -23,42 +23,43 @@ from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, Opening
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
-# Numerical: wider openings between the ends of walls are not looked at [m]; which of the others
-# part rooms is learned.
+# Numerical: wider openings between the ends of walls are ignored [m]; a learned model decides
+# which of the others divide rooms.
 GAP_WIDTH_M = 6.0
 
 # Chosen, not measured:
-# Outlines of walls are straightened by so much before their corners are looked for [m].
+# Tolerance to which wall outlines are straightened before corners are detected [m].
 _STRAIGHTEN_M = 0.08
-# A face's cells so near to its corners say nothing about its direction [m].
+# Cells of a face this near to its corners are not used for its direction [m].
 _SKIP_M = 0.15
-# Where a wall ends its outline turns by more than this [rad].
+# A wall ends where its outline turns by more than this [rad].
 _TURN_RAD = math.radians(40.0)
 _BACK_RAD = math.radians(175.0)
-# Where it turns by less the wall does not end but bends, as halls with cut-off corners do: square
-# to the wall beyond the bend the gap is narrower than straight on [rad]. Both its faces are at
-# least so long, as those of what clutters a drawing are not [m].
+# Where it turns by less than this, the wall bends, as in halls with cut-off corners: the gap
+# square to the wall beyond the bend is narrower than the one straight on [rad]. Both faces must
+# have at least this length, which excludes clutter in drawings [m].
 _BEND_RAD, _BENT_M = math.radians(65.0), 1.0
-# The face that is continued is at least so long, and so much wall lies behind its end [m].
+# Least length of the face that is continued, and of the wall behind its end [m].
 _FACE_M = 0.3
-# The face is continued from so far inside the wall, to meet the wall on the other side [m].
+# The face is continued from this far inside the wall, to meet the opposite wall [m].
 _INSET_M = 0.05
-# At a third, two thirds and all of this distance from the gap the space is wider than the gap
-# by the second length, at two of its four corners at least [m]: a line across a corridor has none.
+# At one third, two thirds and all of the first distance from the gap, the space must be wider than
+# the gap by the second, at two or more of its four corners [m]. A line across a corridor fails
+# this.
 _DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3  # numerical
-_BITS = 20  # numerical: of a cell's row and column in a number that holds its outline, too
+_BITS = 20  # numerical: bits of a cell's row and column in a key that also holds its outline
 _MIN_OPEN_CORNERS = 2
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6
-# A room is looked for at this distance from the gap at most [m].
+# A room is searched for at most this far from the gap [m].
 _ROOM_REACH_M = 0.5
 
 
 def _open_corners(
     free: Mask, middles: Array, along: Array, across: Array, limits: Array, depth: float
 ) -> Cells:
-    """Count the corners of gaps (N,) behind which there is free space beyond their jambs."""
+    """Count the corners of gaps (N,) behind which free space extends beyond their jambs."""
     sides = np.array([-1.0, 1.0])[:, None]
     is_deep = run_lengths(free, False, middles[:, None], sides * across[:, None], depth) >= depth
     depths = np.arange(1, _DEPTHS + 1)[:, None, None, None, None]
@@ -71,10 +72,10 @@ def _open_corners(
 
 def _gaps_from(free: Mask, solid: Mask, starts: Array, cell_m: float) -> Array:
     """
-    Continue walls' faces to the next wall; return the ends (N, 2, 2) of the gaps.
+    Continue wall faces to the next wall; return the ends (N, 2, 2) of the gaps.
 
     ``starts (S, 4, 2)`` is a corner, the direction of the face that ends there, the direction into
-    the wall and the direction in which the gap is looked for.
+    the wall and the search direction of the gap.
     """
     inset, face = _INSET_M / cell_m, _FACE_M / cell_m
     corners, along, into, ahead = starts.swapaxes(0, 1)
@@ -101,9 +102,9 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[Array]:
     """
     Find the openings at which walls end.
 
-    A wall's face is continued straight on from a corner where the wall ends until it meets
-    another wall. That is a gap if the space widens behind two of its corners: a line across a
-    corridor continues walls as well, but the corridor goes on as wide as the line.
+    From a corner where a wall ends, its face is continued straight on to the next wall. This is a
+    gap if the space widens behind two of its corners. A line across a corridor also continues
+    walls, but the corridor behind it is as wide as the line.
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[Array]:
 
 
 def _wall_ends(free: Mask, cell_m: float) -> Array:
-    """Return what :func:`_gaps_from` starts at (S, 4, 2): the outlines' wall ends."""
+    """Return the wall ends of the outlines, the ``starts`` (S, 4, 2) of :func:`_gaps_from`."""
     blocked = np.pad((~free).astype(np.uint8), 1, constant_values=1)
     contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     epsilon = max(1.0, _STRAIGHTEN_M / cell_m)
@@ -140,7 +141,7 @@ def _wall_ends(free: Mask, cell_m: float) -> Array:
 
 
 def _ends_of_faces(outlines: list[Cells], rings: list[Cells], cell_m: float) -> Array:
-    """Return what :func:`_wall_ends` does for the faces between the corners of outlines."""
+    """Return the ``starts`` of :func:`_gaps_from` for the faces between corners of outlines."""
     counts = np.array([len(ring) for ring in rings])
     begins = np.repeat(np.cumsum(counts) - counts, counts)
     local = np.arange(len(begins)) - begins
@@ -156,7 +157,7 @@ def _ends_of_faces(outlines: list[Cells], rings: list[Cells], cell_m: float) -> 
         along[before, 0] * along[:, 1] - along[before, 1] * along[:, 0],
         (along[before] * along).sum(axis=1),
     )
-    # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
+    # Outlines turn one way at convex walls; a wall of one cell turns back on itself.
     is_end = (turns >= _TURN_RAD) | (np.abs(turns) >= _BACK_RAD)
     is_bent = (turns > 0.0) & (turns < _BEND_RAD)
     is_bent &= np.minimum(lengths, lengths[before]) >= _BENT_M / cell_m
@@ -177,9 +178,9 @@ def _ends_of_faces(outlines: list[Cells], rings: list[Cells], cell_m: float) -> 
 
 def _places(outlines: list[Cells], rings: list[Cells]) -> tuple[Cells, Cells]:
     """
-    Return at which of its outline's cells each corner lies (R,), and the next one of its ring.
+    Return each corner's index in its outline's cells (R,), and that of the ring's next corner.
 
-    They go on beyond the outline's end, as often as corners that it visits twice ask for.
+    Indices exceed the outline's length where corners on cells visited twice require it.
     """
     corners, cells = np.concatenate(rings) + 1, np.concatenate(outlines) + 1  # none is negative
     is_corner = np.zeros(corners.max(axis=0) + 1, np.bool_)
@@ -191,8 +192,8 @@ def _places(outlines: list[Cells], rings: list[Cells]) -> tuple[Cells, Cells]:
     each = np.arange(len(sizes))
     keys = _numbered(np.repeat(each, sizes)[visits], cells[visits])
     order = np.argsort(keys, kind='stable')
-    asked = _numbered(np.repeat(each, counts), corners)
-    low, high = (np.searchsorted(keys[order], asked, side).tolist() for side in ('left', 'right'))
+    wanted = _numbered(np.repeat(each, counts), corners)
+    low, high = (np.searchsorted(keys[order], wanted, side).tolist() for side in ('left', 'right'))
     visited = visits[order].tolist()
     first, last, corner = [], [], 0
     for begin, size, count in zip(begins.tolist(), sizes.tolist(), counts.tolist(), strict=True):
@@ -210,7 +211,7 @@ def _places(outlines: list[Cells], rings: list[Cells]) -> tuple[Cells, Cells]:
 
 
 def _numbered(outline: Cells, cells: Cells) -> Cells:
-    """Return one number (N,) for each cell (N, 2) of each outline (N,)."""
+    """Return a unique key (N,) for each cell (N, 2) of each outline (N,)."""
     return (outline << _BITS | cells[:, 0]) << _BITS | cells[:, 1]
 
 
@@ -218,10 +219,10 @@ def _lines(
     outlines: list[Cells], counts: Cells, first: Cells, last: Cells, edges: Array, skip: float
 ) -> tuple[Array, Array]:
     """
-    Return centres and directions (R, 2) of least-squares lines, pointing as ``edges (R, 2)`` do.
+    Return centres and directions (R, 2) of least-squares lines, oriented as ``edges (R, 2)``.
 
-    Each is that of an outline's cells from the ``first (R,)`` to the ``last``, less those near its
-    ends; ``counts`` are the corners of each outline.
+    Each line fits an outline's cells from ``first (R,)`` to ``last``, without those near its ends;
+    ``counts`` are the corners per outline.
     """
     each = np.repeat(np.arange(len(counts)), counts)
     sizes = np.array([len(outline) for outline in outlines])
@@ -241,7 +242,7 @@ def _lines(
     s_r, s_c, s_rr, s_rc, s_cc = (before(last - margin + 1) - before(first + margin)).T
     origin = cells[begin + first % size]
     r, c = origin.T
-    # Counted from the face's first cell, in whole numbers: nothing is rounded yet.
+    # Relative to the face's first cell, in integers: no rounding yet.
     s_rr, s_cc = s_rr - 2 * r * s_r + n * r * r, s_cc - 2 * c * s_c + n * c * c
     s_rc = s_rc - r * s_c - c * s_r + n * r * c
     s_r, s_c, least = s_r - n * r, s_c - n * c, np.maximum(n, 1)
@@ -257,7 +258,7 @@ def _lines(
 
 
 def _is_same_gap(line: Array, others: Array, apart: float) -> Mask:
-    """Tell which of ``others (N, 2, 2)`` cross a line (2, 2) or share its middle."""
+    """Return which of ``others (N, 2, 2)`` cross a line (2, 2) or share its middle."""
     offsets = line.sum(axis=0) - others.sum(axis=1)
     (p, q), r, s = line, others[:, 0], others[:, 1]
     is_crossed = (_side(p, q, r) * _side(p, q, s) < 0.0) & (_side(r, s, p) * _side(r, s, q) < 0.0)
@@ -265,7 +266,7 @@ def _is_same_gap(line: Array, others: Array, apart: float) -> Mask:
 
 
 def _side(p: Array, q: Array, r: Array) -> Array:
-    """Return the signed area that tells on which side of the line p-q the point r lies."""
+    """Return the signed area whose sign is the side of the line p-q on which r lies."""
     along, off = q - p, r - p
     return np.asarray(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
 
@@ -280,10 +281,10 @@ def closed_cells(shape: tuple[int, int], gaps: list[Array]) -> Mask:
 
 def labels_beside(labels: NDArray[np.int32], places: Array, across: Array, reach: float) -> Cells:
     """
-    Return labels (2, R, S) on both sides of ``places (S, 2)`` of lines.
+    Return labels (2, R, S) on both sides of ``places (S, 2)`` on lines.
 
-    They lie a cell, two and so on ``across (S, 2)``, up to ``reach``; beyond the raster its edge
-    goes on.
+    They are sampled 1, 2, ... cells ``across (S, 2)``, up to ``reach``; beyond the raster the
+    edge's label is repeated.
     """
     offsets = np.arange(1, int(np.ceil(reach + 1.0)))[:, None, None] * across
     both = np.stack([places - offsets, places + offsets])
@@ -294,7 +295,7 @@ def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float)
     """
     Return the openings between different rooms of ``labels (H, W)`` along ``gaps``.
 
-    A gap onto which a partition opens is one opening on either side of the partition.
+    A gap that a partition meets gives one opening on either side of the partition.
     """
     if not gaps:
         return []
@@ -307,7 +308,7 @@ def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float)
     shares = (np.arange(len(gap)) - (np.cumsum(counts) - counts)[gap]) / (counts[gap] - 1)
     places = ends[gap, 0] + shares[:, None] * along[gap]
     beside = labels_beside(labels, places, across[gap], _ROOM_REACH_M / cell_m)
-    # The first labels that are met on both sides, 0 for none.
+    # The first label on each side, 0 for none.
     nearest = np.argmax(beside > 0, axis=1)[:, None]
     pairs = np.take_along_axis(beside, nearest, axis=1)[:, 0].T
     gap, rooms, first, last = _stretches(gap, shares, pairs)
@@ -321,9 +322,9 @@ def openings_across(gaps: list[Array], labels: NDArray[np.int32], cell_m: float)
 
 def _stretches(gap: Cells, shares: Array, pairs: Cells) -> tuple[Cells, Cells, Array, Array]:
     """
-    Return gap (N,), rooms (N, 2), begin and end (N,) of equal ``pairs (S, 2)``, shares of the gap.
+    Return gap (N,), rooms (N, 2), begin and end (N,) of runs of equal ``pairs (S, 2)``.
 
-    Where a gap has places with a room on both sides, the others join either stretch.
+    Begin and end are shares of the gap. Places without rooms on both sides join adjacent runs.
     """
     is_both = pairs.min(axis=1) > 0
     has_both = np.bincount(gap, is_both) > 0

@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Segmentation of a growing submap: only rooms beside what changed are cut again.
+Incremental segmentation of a growing submap: only rooms near changed cells are segmented again.
 
-Cells are compared with those that the rooms were last cut from. Where enough of them differ, the
-rooms near by are *touched*: they are cut again as a whole, together with everything that is no
-room yet, in a window around them. All other rooms are *held*: the window sees their walls and
-their clearance, but leaves their cells alone, and doors between a held and a touched room stay
-where they are. Single cells that flicker at the edge of what is seen touch nothing until they
-add up. A segmentation from scratch may differ by such cells, and by what depends on a change
-through a held room; the tests state how much that is.
+Cells are compared with those of the last segmentation of each room. Where enough of them differ,
+the nearby rooms are *touched*: they are segmented again as a whole, together with all space that
+is no room yet, in a window around them. All other rooms are *held*: their walls and clearance
+count in the window, but their cells stay, and doors between a held and a touched room keep their
+place. Single cells that flicker at the edge of the seen area touch nothing until they add up. A
+segmentation from scratch may differ by such cells, and by effects that reach through a held room;
+the tests bound the difference.
 """
 
 from __future__ import annotations
@@ -32,45 +32,44 @@ from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Sub
 
 Named = TypeVar('Named', Region, Portal)
 
-# Numerical: changes are counted in square tiles [m]; a tile is dirty from this share of differing
-# cells on, and dirty tiles touch the rooms in them and in the tiles beside them.
+# Numerical: changes are counted in square tiles [m]. A tile is dirty from this share of changed
+# cells; dirty tiles touch the rooms in them and in adjacent tiles.
 _TILE_M = 0.5
 _DIRTY_SHARE = 0.04  # numerical
-# Numerical: what lies this far outside of the touched rooms cannot change how they are cut: longer
-# than the largest piece of furniture and the widest doorway [m].
+# Numerical: cells farther from the touched rooms do not affect their segmentation: more than the
+# largest piece of furniture and the widest doorway [m].
 _MARGIN_M = 3.0
-# Rooms whose opening is wider, without a lintel, are cut again together: what they look like parts
-# them, and that changes with either [m]. Chosen.
+# Rooms whose opening has no lintel and is wider are segmented again together: the shapes of both
+# rooms decide whether it divides them [m]. Chosen.
 _SURE_WIDTH_M = 1.2
-# Doors this near to one of the last segmentation are the same [m]. Chosen.
+# A door this near to one of the last segmentation is the same door [m]. Chosen.
 _SAME_DOOR_M = 0.5
-# Numerical: grids of one submap agree in place to this share of a cell.
+# Numerical: grids of one submap are aligned to this fraction of a cell.
 _ALIGNED_CELLS = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class SubmapSegmenter:
     """
-    Segments one growing submap again and again; regions keep their ``track``.
+    Incremental segmenter of one growing submap; regions keep their ``track``.
 
-    A value: each update returns the segmenter of the next one. A room's track goes to the new
-    room that shares most cells with it, a door's to the new door in its place; no track is given
-    twice. Any submap may follow any other: what they have in common is found by comparing their
-    cells.
+    Immutable: each update returns the next segmenter. A room's track goes to the new room that
+    shares most cells with it, a door's to the new door at its place; tracks are never reused. Any
+    submap may follow any other: the comparison of cells finds the common part.
 
     Parameters
     ----------
     last
-        What the last update has cut; None before the first.
+        Result of the last update; None before the first.
     tracks
-        Tracks given so far.
+        Number of tracks assigned so far.
     """
 
     last: _Last | None = None
     tracks: int = 0
 
     def update(self, submap: Submap) -> tuple[Segmentation, SubmapSegmenter]:
-        """Return the segmentation of ``submap``, equal to a new one but for small tolerances."""
+        """Return the segmentation of ``submap``, equal to a new one within small tolerances."""
         last = None if self.last is None else _moved(self.last, submap.grid)
         if last is not None:
             return self._refreshed(submap, last)
@@ -81,7 +80,7 @@ class SubmapSegmenter:
         return result, SubmapSegmenter(cut, self.tracks + len(regions))
 
     def _refreshed(self, submap: Submap, last: _Last) -> tuple[Segmentation, SubmapSegmenter]:
-        """Return the new result, and the segmenter that knows what it was cut from."""
+        """Return the new result, and the segmenter that remembers its source cells."""
         grid = submap.grid
         differs = (grid.cells != last.cells) | (submap.lintel != last.lintel)
         dirty = _dirty_tiles(differs, grid.resolution)
@@ -116,7 +115,7 @@ class SubmapSegmenter:
         return result, SubmapSegmenter(cut, self.tracks + len(part.regions))
 
     def _named(self, regions: Sequence[Region], tracks: Sequence[int | None]) -> list[Region]:
-        """Return regions with the given tracks, new ones where there is None."""
+        """Return regions with the given tracks, new ones for None."""
         fresh = iter(range(self.tracks, self.tracks + len(regions)))
         return [
             _with(region, track=next(fresh) if track is None else track)
@@ -126,7 +125,7 @@ class SubmapSegmenter:
 
 @dataclass(frozen=True, eq=False)
 class _Last:
-    """The last segmentation, and the cells and lintels ``(H, W)`` that its rooms were cut from."""
+    """The last segmentation, and the cells and lintels ``(H, W)`` that it was computed from."""
 
     cells: NDArray[np.int8]
     lintel: Mask
@@ -135,7 +134,7 @@ class _Last:
 
 @dataclass(frozen=True, eq=False)
 class _Door:
-    """A door with the positions of its rooms in a list; None is touched or unseen space."""
+    """A door with the indices of its rooms in a list; None is touched or unseen space."""
 
     region: Region
     portal: Portal
@@ -148,14 +147,14 @@ class _Door:
 
 @dataclass(frozen=True, eq=False)
 class _Kept:
-    """Rooms that are not cut again, and all doors that touch one."""
+    """Rooms that are not segmented again, and all their doors."""
 
     rooms: list[Region]
     doors: list[_Door]
 
 
 def _moved(last: _Last, grid: GridMap) -> _Last | None:
-    """Move the last result to the raster of ``grid``; None where the grids do not align."""
+    """Move the last result to the raster of ``grid``; return None if the grids do not align."""
     old, segmentation = last.segmentation.grid, last.segmentation
     corner = grid.xy_to_rc(old.rc_to_xy(np.zeros(2)))
     row, col = (int(k) for k in np.rint(corner))
@@ -181,7 +180,7 @@ def _moved(last: _Last, grid: GridMap) -> _Last | None:
 
 
 def _dirty_tiles(differs: Mask, cell_m: float) -> Mask:
-    """Return the tiles that hold enough differing cells, and all tiles beside them."""
+    """Return the tiles with enough changed cells, and all adjacent tiles."""
     size = _tile_cells(cell_m)
     return grown(block_counts(differs, size) >= _DIRTY_SHARE * size**2, 1)
 
@@ -191,7 +190,7 @@ def _tile_cells(cell_m: float) -> int:
 
 
 def _dirty_cells(dirty: Mask, grid: GridMap) -> tuple[Window, Mask]:
-    """Return the window around dirty tiles and its cells that lie in one."""
+    """Return the window around dirty tiles, and its cells in dirty tiles."""
     size = _tile_cells(grid.resolution)
     window = window_of(dirty)
     assert window is not None, 'nothing is dirty'
@@ -204,13 +203,13 @@ def _dirty_cells(dirty: Mask, grid: GridMap) -> tuple[Window, Mask]:
 
 
 def _within(box: Window, window: Window) -> Window:
-    """Return ``box`` in the cells of ``window``, which holds it."""
+    """Return ``box`` relative to the origin of ``window``, which contains it."""
     (rows, cols), (r0, c0) = box, (window[0].start, window[1].start)
     return slice(rows.start - r0, rows.stop - r0), slice(cols.start - c0, cols.stop - c0)
 
 
 def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: float) -> set[int]:
-    """Return the rooms with all those that only the rooms' shapes part from one of them."""
+    """Return the rooms and all rooms connected to them by wide openings without a lintel."""
     beside: dict[int, set[int]] = {}
     for portal in segmentation.portals:
         here, there = portal.rooms
@@ -227,9 +226,9 @@ def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: 
 
 def _window(segmentation: Segmentation, touched: set[int], box: Window, stride: int) -> Window:
     """
-    Return the window that holds ``box`` and all touched rooms, with a margin.
+    Return the window around ``box`` and all touched rooms, with a margin.
 
-    It begins at a block of ``stride`` cells, as rooms are grown from the same blocks then.
+    It begins at a multiple of ``stride`` cells, so the working blocks are those of the whole grid.
     """
     grid = segmentation.grid
     low, high = [(box[0].start, box[1].start)], [(box[0].stop, box[1].stop)]
@@ -247,7 +246,7 @@ def _window(segmentation: Segmentation, touched: set[int], box: Window, stride: 
 
 
 def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray[np.int32]]:
-    """Return what is kept, and labels (H, W): position in its rooms + 1."""
+    """Return what is kept, and labels (H, W): index of the kept room + 1."""
     rooms = [room for room in segmentation.rooms if room.id not in touched]
     place: dict[int | None, int] = {room.id: number for number, room in enumerate(rooms)}
     lookup = np.zeros(len(segmentation.rooms) + 1, dtype=np.int32)
@@ -261,7 +260,7 @@ def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray
 
 
 def _doorways(doors: Sequence[_Door], grid: GridMap, window: Window) -> list[Doorway]:
-    """Return doors in the window's cells: what is known is not looked for again."""
+    """Return the doors inside the window, in its cells, so that they are not detected again."""
     corner = np.array([window[0].start, window[1].start])
     size = np.array([window[0].stop, window[1].stop]) - corner
     ends = _ends_rc(doors, grid) - corner
@@ -281,8 +280,8 @@ def _ends_rc(doors: Sequence[_Door], grid: GridMap) -> NDArray[np.float64]:
 def _inherited(
     part: Segmentation, old: Segmentation, touched: set[int], kept: _Kept, window: Window
 ) -> list[int | None]:
-    """Return for each region of the part the track of the region it continues."""
-    from scipy.optimize import linear_sum_assignment  # nothing needs it before a second tick
+    """Return, for each region of the part, the track of the region that it continues."""
+    from scipy.optimize import linear_sum_assignment  # not needed before the second update
 
     tracks: list[int | None] = [None] * len(part.regions)
     shared = shared_cells(part.labels, old.labels[window].copy(), len(part.rooms), len(old.rooms))
@@ -306,9 +305,9 @@ def _spliced(
     grid: GridMap, labels: NDArray[np.int32], kept: _Kept, part: Segmentation, window: Window
 ) -> Segmentation:
     """
-    Put the part's rooms and doors beside the kept ones.
+    Combine the part's rooms and doors with the kept ones.
 
-    ``labels (H, W)`` are those of the kept; they become the result's.
+    ``labels (H, W)`` are of the kept rooms; they become the result's.
     """
     first = len(kept.rooms)
     np.add(part.labels, first, out=labels[window], where=part.labels > 0)
@@ -333,12 +332,12 @@ def _spliced(
         regions.append(_with(door.region, id=len(regions)))
     reason = '' if rooms else part.reason
     labels = looked_up(labels, lookup)
-    labels.setflags(write=False)  # or it would be copied
+    labels.setflags(write=False)  # Segmentation copies writable arrays
     return Segmentation(grid, labels, tuple(regions), tuple(portals), reason)
 
 
 def _with(value: Named, **changes: object) -> Named:
-    """Return a region or portal with other numbers; what was checked is not checked again."""
+    """Return a region or portal with fields replaced, without repeating its validation."""
     other = object.__new__(type(value))
     other.__dict__.update(vars(value), **changes)
     return other
@@ -351,7 +350,7 @@ def _middles(portals: Sequence[Portal]) -> NDArray[np.float64]:
 
 
 def _relinked(doors: Sequence[_Door], labels: NDArray[np.int32], grid: GridMap) -> list[_Door]:
-    """Return doors; those that lead out of a room with the room behind, if there is one now."""
+    """Return doors, where those into unseen space link to the room that is there now, if any."""
     lines = _ends_rc(doors, grid)
     return [
         _linked(door, Doorway(ends, grid.resolution).between(labels).rooms)
@@ -362,7 +361,7 @@ def _relinked(doors: Sequence[_Door], labels: NDArray[np.int32], grid: GridMap) 
 
 
 def _linked(door: _Door, labels: tuple[int, int]) -> _Door:
-    """Return a door that leads out of a room with the other one of ``labels``, if both are."""
+    """Return the door with the other room of ``labels`` as its second, if there are two."""
     here = next(room for room in door.rooms if room is not None)
     sides = [label - 1 for label in labels if label > 0]
     others = [room for room in sides if room != here]

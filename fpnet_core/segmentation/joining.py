@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Pieces of free space joined into rooms, most probable first.
+Greedy merging of free-space pieces into rooms, most probable merge first.
 
-All lines that may part rooms are judged together with the rooms they would part, as far as these
-have grown; whenever pieces have joined, the lines between them and others are judged again.
+A model scores every candidate dividing line, with features of the pieces on both sides as merged
+so far. After each merge, the lines of the merged pieces are scored again.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from fpnet_core.raster.windows import cells_of
 
 Array = NDArray[np.float64]
 PlacementScorer = Callable[[Array], Array]
-"""Returns the probability (L,) that lines of figures (L, D) part nothing."""
+"""Returns the probability (L,) that lines of figures (L, D) divide nothing."""
 
 _ROOMS = ('area', 'peak', 'frontier', 'fill', 'long', 'wide', 'lines')
 ROOM_FIGURES = (
     *(f'{name}_{which}' for which in ('small', 'large') for name in _ROOMS),
     'fill_both', 'long_both', 'wide_both', 'over_peak', 'over_wide', 'beside', 'widest_beside',
 )  # fmt: skip
-"""What is measured of the pieces beside a line, the smaller first, and of both as one."""
+"""Features of the pieces beside a line, the smaller first, and of both as one."""
 
-_EVEN = 0.5  # given: pieces join where that is more probable than not
-# Numerical: what is divided by is at least so much [m2, m, m2, m2].
+_EVEN = 0.5  # given: pieces merge if that is more probable than not
+# Numerical: lower bounds of divisors [m2, m, m2, m2].
 _LEAST_M2, _LEAST_M, _LEAST_VARIANCE_M2, _NOTHING_M2 = 0.05, 0.05, 1e-4, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
     """
-    Pieces of free space, the first one being none: figures of each that add up when they join.
+    Additive statistics of pieces of free space; index 0 is no piece.
 
     ``moments (P, 6)`` are area [m2] and sums of row, column and their products [m], ``peak (P,)``
     the largest clearance [m], ``frontier (P,)`` the length of the edge to unseen space [m].
@@ -65,7 +65,7 @@ class Pieces:
         return cls(moments, peak.astype(np.float64), np.asarray(cell_m * edge))
 
     def joined(self, target: NDArray[np.int64]) -> Pieces:
-        """Return the pieces after each has gone to its ``target (P,)``; the others are empty."""
+        """Return the pieces merged into their ``target (P,)``; all others are empty."""
         moments, frontier = np.zeros_like(self.moments), np.zeros_like(self.frontier)
         peak = np.zeros_like(self.peak)
         np.add.at(moments, target, self.moments)
@@ -76,7 +76,7 @@ class Pieces:
 
 @dataclass(frozen=True, eq=False)
 class DividingLines:
-    """Lines between pieces: ``pieces (L, 2)``, ``width_m (L,)`` and what each shows (L, D)."""
+    """Lines between pieces: ``pieces (L, 2)``, ``width_m (L,)`` and features (L, D)."""
 
     pieces: NDArray[np.int64]
     width_m: Array
@@ -87,10 +87,10 @@ def join_pieces(
     pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
 ) -> NDArray[np.int64]:
     """
-    Return for each piece (P,) the one that it has joined, itself for most.
+    Return, for each piece (P,), the piece that it merged into, mostly itself.
 
-    Two pieces join where the line between them more probably parts nothing, and neither has a
-    line of which that is more probable; then all are judged again.
+    Two pieces merge if their line more probably divides nothing and is the most probable such line
+    of both. All lines are then scored again.
     """
     target = np.arange(len(pieces.peak))
     for stage in joining_stages(pieces, lines, is_one):
@@ -101,7 +101,7 @@ def join_pieces(
 def joining_stages(
     pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
 ) -> Iterator[NDArray[np.int64]]:
-    """Yield what :func:`join_pieces` has joined so far, each time that something has."""
+    """Yield the targets of :func:`join_pieces` after each round of merges."""
     target = np.arange(len(pieces.peak))
     probability = np.zeros(len(lines.width_m))
     before = np.full((len(lines.width_m), lines.figures.shape[1] + len(ROOM_FIGURES)), np.nan)
@@ -112,7 +112,7 @@ def joining_stages(
             return
         pair = pair[live]
         figures = figures_now(pieces.joined(target), pair, lines, live)
-        # Of most lines nothing has changed since they were judged last.
+        # Most lines have not changed since they were scored last.
         is_new = (figures != before[live]).any(axis=1)
         if is_new.any():
             probability[live[is_new]] = is_one(figures[is_new])
@@ -125,7 +125,7 @@ def joining_stages(
             return
         target = target.copy()
         for a, b in pair[chosen].tolist():
-            keep, gone = target[a], target[b]  # an equal line may have joined them by now
+            keep, gone = target[a], target[b]  # an equal line may have merged them already
             target[target == gone] = keep
         yield target
 
@@ -138,10 +138,10 @@ def absorb_small(
     frontier_m: float,
 ) -> NDArray[np.int64]:
     """
-    Return ``target (P,)`` after pieces below ``least_m2`` have joined across their widest line.
+    Return ``target (P,)`` after pieces below ``least_m2`` merge across their widest line.
 
-    Those with a longer edge to unseen space stay: a glimpse through a door is no part of the room
-    in front of it.
+    Pieces with a longer edge to unseen space stay: a glimpse through a door is not part of the
+    room in front of it.
     """
     now, target = pieces.joined(target), target.copy()
     area, frontier = now.moments[:, 0], now.frontier
@@ -163,7 +163,7 @@ def absorb_small(
 def figures_now(
     now: Pieces, pair: NDArray[np.int64], lines: DividingLines, live: NDArray[np.int64]
 ) -> Array:
-    """Return all figures (K, D) of the lines ``live (K,)`` between the pieces ``pair (K, 2)``."""
+    """Return all features (K, D) of the lines ``live (K,)`` between the pieces ``pair (K, 2)``."""
     area = now.moments[:, 0]
     swap = area[pair[:, 0]] > area[pair[:, 1]]
     pair = np.where(swap[:, None], pair[:, ::-1], pair)
@@ -186,7 +186,7 @@ def figures_now(
 
 
 def _parallel(pair: NDArray[np.int64], width: Array, count: int) -> tuple[Array, Array]:
-    """Return how many more lines part the same pieces, and the widest of all over this one."""
+    """Return the number of other lines between the same pieces, and log(widest / own width)."""
     key = pair.min(axis=1) * count + pair.max(axis=1)
     _, number = np.unique(key, return_inverse=True)
     widest = np.zeros(number.max(initial=0) + 1)
@@ -198,7 +198,7 @@ def _parallel(pair: NDArray[np.int64], width: Array, count: int) -> tuple[Array,
 
 def _shape(moments: Array) -> Array:
     """
-    Return how much of its box a piece fills (1 for a rectangle), log of length and width [m].
+    Return how much of its box a piece fills (1 for a rectangle), log length, and width [m].
 
     The box is the rectangle of equal second moments.
     """

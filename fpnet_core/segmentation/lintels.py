@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doorways closed by their lintels: the paper's prior that doors are lower than ceilings."""
+"""Doorways detected by their lintels: the paper's prior that doors are lower than ceilings."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from fpnet_core.segmentation.openings import (
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-# No doorway is wider than this [m].
+# Largest width of a doorway [m].
 _MAX_WIDTH_M = 3.0
-# Share of the opening line under which high returns must have been seen.
+# Least share of the opening line with high returns near it.
 _MIN_COVERAGE = 0.35
 # High returns this near to the opening line belong to it: half of a thick wall [m].
 _LINE_REACH_M = 0.3
-# Free space must go on for so far on both sides of a doorway [m].
+# Free space must extend this far on both sides of a doorway [m].
 _PASSAGE_M = 0.4
-# How far from the line, in both directions, a room is looked for [m].
+# Search range for rooms on both sides of the line [m].
 _ROOM_REACH_M = 0.8
-# Between these shares of a doorway's length free space must go on.
+# Free space must extend between these shares of a doorway's length.
 _MIDDLE = 0.35, 0.65
-# Numerical: places along a doorway at which it is looked for.
+# Numerical: samples along a doorway when its rooms are searched for.
 _BESIDE_PLACES = 7
 
 
@@ -51,7 +51,7 @@ class Doorway:
     has_lintel: bool = True
 
     def between(self, labels: NDArray[np.int32]) -> Opening:
-        """Return the opening with the rooms of ``labels (H, W)`` nearest on both sides."""
+        """Return the opening with the nearest rooms of ``labels (H, W)`` on both sides."""
         reach = _ROOM_REACH_M / self.cell_m
         low, high = sorted(_first_labels(labels, self.ends_rc, reach))
         half_m = 0.5 * math.dist(*self.ends_rc.tolist()) * self.cell_m
@@ -59,7 +59,7 @@ class Doorway:
 
 
 def _first_labels(labels: NDArray[np.int32], ends: Array, reach: float) -> list[int]:
-    """Return on each side the most frequent label on the first line beside that meets a room."""
+    """Return, for each side, the most frequent label on the nearest parallel line with a room."""
     along = ends[1] - ends[0]
     places = ends[0] + np.linspace(0.2, 0.8, _BESIDE_PLACES)[:, None] * along
     across = np.array([-along[1], along[0]]) / np.hypot(*along)
@@ -80,7 +80,7 @@ def find_lintels(
     held: Mask | None = None,
 ) -> tuple[Mask, list[Doorway]]:
     """
-    Turn high returns over free space into closed doorways.
+    Detect doorways from high returns over free space, and close them.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ def find_lintels(
     free : (H, W) bool
     wall : (H, W) bool, cells at or near a wall; both ends of a doorway lie there
     cell_m : cell edge [true metres]
-    known : doorways that are closed already
-    held : (H, W) bool, cells in whose middle no further doorway is looked for; None: nowhere
+    known : doorways that are already known
+    held : (H, W) bool, cells where no further doorway's centre may lie; None for no such cells
 
     Returns
     -------
     closed (H, W) bool : cells of the closing lines, which no region may cross
-    doors : ``known`` and one per further doorway, largest evidence first; high returns that
-        span no doorway (shelves, ducts, beams) close nothing
+    doors : ``known`` and one per further doorway, largest evidence first; high returns that span
+        no doorway (shelves, ducts, beams) close nothing
     """
     closed = np.zeros(lintel.shape, dtype=np.uint8)
     doors = list(known)
@@ -122,7 +122,7 @@ def find_lintels(
 
 
 def _is_doorway(ends: Array, lintel: Mask, free: Mask, wall: Mask, cell_m: float) -> bool:
-    """Tell whether a line is as wide as a door, under high returns, in a wall, and passable."""
+    """Return whether a line is as wide as a door, under high returns, in a wall, and passable."""
     width_m = math.dist(ends[0], ends[1]) * cell_m
     if not MIN_DOOR_WIDTH_M <= width_m <= _MAX_WIDTH_M:
         return False
@@ -134,7 +134,7 @@ def _is_doorway(ends: Array, lintel: Mask, free: Mask, wall: Mask, cell_m: float
 
 
 def _is_beside(lines: Array, place: NDArray[np.int64], cell_m: float) -> bool:
-    """Tell whether a place (2,) belongs to one of the lines with ends ``lines (D, 2, 2)``."""
+    """Return whether a place (2,) lies near one of the lines with ends ``lines (D, 2, 2)``."""
     along, off = lines[:, 1] - lines[:, 0], place - lines[:, 0]
     share = (off * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-9)
     apart = off - np.clip(share, 0.0, 1.0)[:, None] * along
@@ -143,10 +143,9 @@ def _is_beside(lines: Array, place: NDArray[np.int64], cell_m: float) -> bool:
 
 def _centres(lintel: Mask, cell_m: float) -> NDArray[np.int64]:
     """
-    Return a cell (N, 2) in the middle of each piece of high returns, largest first.
+    Return the central cell (N, 2) of each component of high returns, largest first.
 
-    Pieces with too few high returns around them to cover even the narrowest doorway are left
-    out.
+    Cells with too few high returns around them to cover even the narrowest doorway are ignored.
     """
     window = 2 * round(MIN_DOOR_WIDTH_M / cell_m) + 1
     around = cv2.boxFilter(lintel.view(np.uint8), cv2.CV_16S, (window, window), normalize=False)
@@ -155,7 +154,7 @@ def _centres(lintel: Mask, cell_m: float) -> NDArray[np.int64]:
     size = np.bincount(owner)
     centroid = np.stack([np.bincount(owner, along) for along in cells.T], axis=1) / size[:, None]
     off_centre = np.hypot(*(cells - centroid[owner]).T)
-    # Sorted by owner first, so that the first of each are in the order of the pieces.
+    # Sorted by owner first: the first of each then follow the order of the components.
     nearest = first_of_each(owner, np.lexsort((off_centre, owner)))
     largest_first = np.argsort(-size, kind='stable')
     return np.asarray(cells[nearest][largest_first])
@@ -165,10 +164,10 @@ def _evidence(
     lintel: Mask, free: Mask, ends: Array, reach: float, passage: float
 ) -> tuple[float, bool]:
     """
-    Look at the surroundings of the line with these ``ends (2, 2)``, in cells.
+    Measure the evidence for a doorway at the line with ``ends (2, 2)``, in cells.
 
-    Returns the share of the line with a high return within ``reach`` across it, and whether
-    free space goes on in its middle for ``passage`` on both sides.
+    Returns the share of the line with a high return within ``reach`` across it, and whether free
+    space extends for ``passage`` on both sides of its middle.
     """
     along = ends[1] - ends[0]
     length = np.hypot(*along)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Grids and their rooms at another scale, or mirrored; nothing is cut again."""
+"""Grids and their rooms rescaled or mirrored, without a new segmentation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def rescaled_rooms(segmentation: Segmentation, factor: float) -> Segmentation:
 
 
 def mirrored_rooms(segmentation: Segmentation) -> Segmentation:
-    """Return the same rooms and doors on the mirrored grid; nothing is cut again."""
+    """Return the same rooms and doors on the mirrored grid, without a new segmentation."""
     grid = segmentation.grid
     to_grid, width_m = grid.T_frame_grid.inv(), grid.shape[1] * grid.resolution
 
@@ -46,7 +46,7 @@ def mirrored_rooms(segmentation: Segmentation) -> Segmentation:
         return grid.T_frame_grid.apply(own)
 
     regions = (
-        # A mirror turns outlines clockwise; they are told the other way round.
+        # Mirroring turns outlines clockwise; reverse them.
         replace(r, polygon=mirrored(r.polygon)[::-1], centroid=mirrored(r.centroid))
         for r in segmentation.regions
     )

@@ -18,25 +18,25 @@ from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
 # Doors between the same rooms nearer than this are one: half a leaf and a jamb;
-# fitted to the tune half (notes/segmentation.md).
+# fitted to the development split (notes/segmentation.md).
 _DOOR_SEPARATION_M = 0.7
 
 MIN_DOOR_WIDTH_M = 0.6
 """
-Narrower ones are no doors: shelves that look like lintels, cracks between the ends of walls, holes
-in a wall that was seen too rarely. Chosen.
+Narrower openings are no doors: shelves that look like lintels, cracks between the ends of walls,
+holes in a wall that was seen too rarely. Chosen.
 """
 
 # Chosen, not measured:
-# The closing line is looked for within this many clearances of a saddle, on each side.
+# Search range of the closing line on each side of a saddle, in clearances.
 _LINE_REACH = 3.0
-# It may move so far across the wall to find the jambs [m].
+# The line may move this far across the wall to find the jambs [m].
 _SLIDE_M = 0.3
 # Numerical: directions tried for the line across an opening, over half a turn.
 _DIRECTIONS = 36
-_BOUNDING = 6  # numerical: of which every so many are tried first
-_STEP_CELLS = 0.25  # numerical: along a line
-_SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
+_BOUNDING = 6  # numerical: every this many directions are tried first, for a bound
+_STEP_CELLS = 0.25  # numerical: step along a line
+_SAME_CELLS = 1.0  # numerical: lines whose lengths differ by less count as equal
 _ANGLES = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
 _UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 
@@ -48,9 +48,9 @@ class Opening:
     """
     A place where two rooms meet.
 
-    ``rooms`` are room labels (0: unseen or dropped space); ``ends_rc (2, 2)`` are the wall
-    points on both sides in fractional cells of the full raster; ``clearance_m`` is half the
-    width at the narrowest place [true metres].
+    ``rooms`` are room labels (0: unseen or dropped space); ``ends_rc (2, 2)`` are the wall points
+    on both sides in fractional cells of the full raster; ``clearance_m`` is half the width at the
+    narrowest place [true metres].
     """
 
     rooms: tuple[int, int]
@@ -61,7 +61,7 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class Saddle:
-    """The widest cell ``rc`` (working cells) of one stretch of boundary between two rooms."""
+    """The widest cell ``rc`` (working cells) of one connected boundary between two rooms."""
 
     rooms: tuple[int, int]
     rc: tuple[int, int]
@@ -69,7 +69,7 @@ class Saddle:
 
 
 def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[Saddle]:
-    """List one saddle per connected stretch of boundary of ``labels (h, w)``, widest first."""
+    """List one saddle per connected boundary of two labels (h, w), widest first."""
     here, there = meeting_cells(labels)
     if here.size == 0:
         return []
@@ -105,13 +105,13 @@ def narrowest_lines(
     """
     Return the ends (N, 2, 2) of the narrowest lines across doorways near ``places (N, 2)``.
 
-    A line through a place on the wall's face may miss the jambs and run along the wall
-    instead: places up to ``slide`` away across the first line are tried as well, and of those
-    within a cell of the narrowest the middle one is taken, which is in the middle of the wall.
+    A line through a place on the wall's face may miss the jambs and run along the wall instead.
+    Places up to ``slide`` away across the first line are therefore tried as well. Of the lines
+    within a cell of the narrowest, the middle one is taken: it lies in the middle of the wall.
 
     Parameters
     ----------
-    free : (H, W), what may be crossed
+    free : (H, W), passable cells
     places : row and column, fractional
     reach, slide, min_length : cells; half the longest line (N,), the least when sliding (N,)
     """
@@ -142,7 +142,7 @@ def _narrowest_chords(
     """
     Return the ends (P, 2, 2) of the shortest free chord through each of ``places (P, 2)``.
 
-    Where all are longer than a ``bound (P,)``, it is only some chord that is.
+    If all are longer than ``bound (P,)``, the result is some chord longer than that.
     """
     if bound is None:  # a few directions bound the length first
         runs = _chords(free, places, _UNITS[::_BOUNDING], reach, 2.0 * reach)
@@ -158,14 +158,14 @@ def _narrowest_chords(
 def _chords(
     free: Mask, places: Array, units: Array, reach: Array, bound: Array
 ) -> tuple[Array, Array]:
-    """Return how far it is free ahead and behind (P, K); of more than ``bound`` that it is."""
+    """Return the free distance ahead and behind (P, K); beyond ``bound`` only a lower limit."""
     starts, reach, limit = places[:, None], reach[:, None], bound[:, None] + 2.0 * _STEP_CELLS
     ahead = _free_runs(free, starts, units, np.minimum(reach, limit))
     return ahead, _free_runs(free, starts, -units, np.minimum(reach, limit - ahead))
 
 
 def _free_runs(free: Mask, starts: Array, units: Array, limits: Array) -> Array:
-    """Return how far it is free from a step ahead of ``starts`` on."""
+    """Return the free distance along ``units`` from one step ahead of ``starts``."""
     return run_lengths(free, False, starts + _STEP_CELLS * units, units, limits, _STEP_CELLS)
 
 
@@ -181,11 +181,11 @@ def find_openings(
     ----------
     labels : (h, w) int32, room labels at working resolution
     work : the raster that was labelled
-    free : (H, W) bool at full resolution; lines end where it ends
+    free : (H, W) bool at full resolution; limits the lines
 
     Returns
     -------
-    list of Opening, widest first; empty where no two rooms touch
+    list of Opening, widest first; empty if no two rooms touch
     """
     kept: list[Saddle] = []
     separation = _DOOR_SEPARATION_M / work.cell_m

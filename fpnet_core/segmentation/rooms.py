@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The core that floorplans and submaps share: from a clean scene to labelled rooms."""
+"""Core of both segmentations, of floorplans and submaps: from a clean scene to labelled rooms."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ from fpnet_core.segmentation.openings import (
 from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
-# fitted to the tune half (notes/segmentation.md).
+# fitted to the development split (notes/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
-# A space nowhere as wide as this is no room; of one, what is narrower does not count [m]. Chosen.
+# A space that is narrower everywhere is no room; narrower parts of a room do not count towards its
+# area [m]. Chosen.
 MIN_ROOM_WIDTH_M = 0.5
-# Small rooms with a longer edge to unseen space stay apart;
-# fitted to the tune half (notes/segmentation.md).
+# Small rooms with a longer edge to unseen space stay separate;
+# fitted to the development split (notes/segmentation.md).
 _GLIMPSE_EDGE_M = 0.8
 
 Labels = NDArray[np.int32]
@@ -42,10 +43,10 @@ Line = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class Parts:
     """
-    A scene cut wherever rooms may part.
+    A scene divided at every candidate dividing line.
 
-    ``labels (h, w)`` are the pieces at working resolution, 0 where there is none; ``gaps`` are
-    lines (2, 2) that were closed in ``scene``, and ``lines`` all places where pieces meet.
+    ``labels (h, w)`` are the pieces at working resolution, 0 outside; ``gaps`` are lines (2, 2)
+    that were closed in ``scene``, and ``lines`` all places where pieces meet.
     """
 
     scene: Scene
@@ -57,11 +58,11 @@ class Parts:
 
 
 Decide = Callable[[Parts], NDArray[np.int64]]
-"""Returns for each piece (P,) of a scene that was cut the one that it joins."""
+"""Returns, for each piece (P,) of a divided scene, the piece that it joins."""
 
 
 def joined_as_learned(parts: Parts) -> NDArray[np.int64]:
-    """Return for each piece (P,) the one that it joins, as the packaged model judges."""
+    """Return, for each piece (P,), the piece that it joins according to the packaged model."""
     scorer = packaged_door_model().probability_of_one_room
     return join_pieces(parts.pieces, parts.lines, scorer)
 
@@ -70,13 +71,13 @@ def cut_rooms(
     scene: Scene, decide: Decide = joined_as_learned
 ) -> tuple[Labels, list[Opening], NDArray[np.float32]]:
     """
-    Label the rooms of a scene and find the openings between them, where ``decide`` has any.
+    Label the rooms of a scene and find the openings between them; ``decide`` merges pieces.
 
     Returns
     -------
-    labels (H, W) int32 : 1..R, 0 where there is no room
+    labels (H, W) int32 : 1..R, 0 outside rooms
     openings : between these labels; saddles first, widest first, then gaps in walls
-    clearance (H, W) float32 : distance to walls and to the gaps that were looked at [true metres]
+    clearance (H, W) float32 : distance to walls and to all candidate gaps [true metres]
     """
     parts = cut_parts(scene)
     target = decide(parts)
@@ -85,7 +86,7 @@ def cut_rooms(
 
 
 def cut_parts(scene: Scene) -> Parts:
-    """Return a scene cut at every gap in a wall and at every saddle of the clearance."""
+    """Return a scene divided at every gap in a wall and at every saddle of the clearance."""
     gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m)
     shut = _closed(scene, gaps)
     work = reduce_scene(shut)
@@ -97,7 +98,7 @@ def cut_parts(scene: Scene) -> Parts:
 def _lines(
     scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: list[Line]
 ) -> DividingLines:
-    """Return all places where pieces meet, the saddles first, with what each shows."""
+    """Return all places where pieces meet, saddles first, with their features."""
     passable = shut.free & ~shut.lintel
     saddles = find_saddles_of_rooms(labels, work)
     ends = list(closing_lines(saddles, work, passable))
@@ -118,7 +119,7 @@ def _lines(
 
 
 def _surroundings(scene: Scene) -> LineMasks:
-    """Return what lines are looked at in; rooms that are held are as passable as others."""
+    """Return the masks for line features; held rooms count as passable."""
     nothing = np.zeros_like(scene.solid)
     unseen, furniture, high = (
         nothing if mask is None else mask for mask in (scene.unseen, scene.furniture, scene.high)
@@ -129,7 +130,7 @@ def _surroundings(scene: Scene) -> LineMasks:
 def _rooms_of(
     scene: Scene, parts: Parts, target: NDArray[np.int64]
 ) -> tuple[Labels, list[Opening]]:
-    """Return labels and openings after pieces have gone to their ``target (P,)``."""
+    """Return labels and openings after pieces have merged into their ``target (P,)``."""
     _, number = np.unique(target, return_inverse=True)
     labels = looked_up(parts.labels, number.astype(np.int32))
     work = parts.work
@@ -137,7 +138,7 @@ def _rooms_of(
     across = openings_across(parts.gaps, apart, scene.cell_m)
     shut = _closed(scene, [opening.ends_rc for opening in across])
     passable = shut.free & ~shut.lintel
-    # Lines that part nothing are open again, two cells wide and with the blocks they lie in.
+    # Lines that divide nothing become free again: two cells wide, plus the blocks they lie in.
     full = upsample_labels(labels, work.stride, passable, work.stride + 2)
     return full, find_openings(labels, work, passable) + across
 

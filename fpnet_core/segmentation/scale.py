@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The metric scale of a drawing or a map that nobody has stated: doors, rooms and walls tell."""
+"""Estimate of the unknown metric scale of a drawing or map from its doors, rooms and walls."""
 
 from __future__ import annotations
 
@@ -26,22 +26,20 @@ from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 
 SURE_FACTOR = 1.1
-"""
-A scale is sure whose 90 % interval ends within this factor of the estimate, on both sides. Chosen.
-"""
+"""A scale is certain if its 90 % interval lies within this factor of the estimate. Chosen."""
 
 # Chosen, not measured:
-# What is stated of a scale: its median, and the interval that holds it with 90 %.
+# Reported quantiles of a scale: the median and the 90 % interval.
 _STATED = (0.05, 0.5, 0.95)
-# In every building about one free cell in five is further than this from any wall [m].
+# In every building about one free cell in five is farther than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
-# Clutter: pieces that extend over less than this share of the map's diagonal.
+# Clutter: components that extend over less than this share of the map's diagonal.
 _SPECK_SHARE = 0.02
-# A stated scale that is off by more, at either end of the interval that rooms, doors and walls
-# tell, is a slip of the pen.
-_MISSTATED = 2.0
-# Numerical: the loop of scale and segmentation stops below this relative change, which is far less
-# than the segmentation's thresholds notice, or after so many rounds.
+# A stated scale conflicts with rooms, doors and walls if it is off by more than this at the nearer
+# end of their interval.
+_CONFLICT_FACTOR = 2.0
+# Numerical: the iteration of scale and segmentation stops below this relative change, well below
+# the sensitivity of the segmentation's thresholds, or after this many rounds.
 _CONVERGED = 0.1
 _MAX_ROUNDS = 3  # numerical
 
@@ -56,26 +54,23 @@ class ScaleEstimate:
 
     @property
     def is_sure(self) -> bool:
-        """Tell whether the interval lies within ten per cent of the estimate."""
+        """Return whether the interval lies within ten per cent of the estimate."""
         return self.high <= self.factor * SURE_FACTOR and self.low >= self.factor / SURE_FACTOR
 
     @property
     def is_scale_conflict(self) -> bool:
-        """Tell whether rooms, doors and walls are beyond doubt those of another scale."""
-        return self.low > _MISSTATED or self.high < 1.0 / _MISSTATED
+        """Return whether rooms, doors and walls clearly contradict the stated scale."""
+        return self.low > _CONFLICT_FACTOR or self.high < 1.0 / _CONFLICT_FACTOR
 
     def said_at(self, resolution_m: float) -> str:
-        """Return in words what rooms, doors and walls tell of pixels that were to be so large."""
+        """Describe the scale that rooms, doors and walls suggest, for stated pixels [m]."""
         sizes = (each * resolution_m for each in (self.factor, self.low, self.high))
         middle, low, high = (f'{size:.3g}' for size in sizes)
-        return (
-            f'its rooms, doors and walls are those of a building at {middle} m per pixel '
-            f'({low} to {high})'
-        )
+        return f'its rooms, doors and walls suggest {middle} m per pixel ({low} to {high})'
 
 
 STATED_SCALE = ScaleEstimate(1.0, 1.0, 1.0)
-"""Numerical: what is known of a map that states its metres."""
+"""Numerical: the scale of a map that states its metres."""
 
 
 def estimate_metres_per_unit(
@@ -85,14 +80,14 @@ def estimate_metres_per_unit(
     prior: ScalePrior | None = None,
 ) -> ScaleEstimate:
     """
-    Return the factor that makes nominal metres true ones, as far as rooms, doors and walls tell.
+    Return the factor from nominal to true metres, estimated from rooms, doors and walls.
 
     Parameters
     ----------
     segmentation : rooms and doors in nominal metres
     metres_per_unit : the factor that the segmentation was made with
-    is_partial : it is a robot's map, not a drawing
-    prior : what else is known of a nominal metre
+    is_partial : whether it is a robot's map rather than a drawing
+    prior : further prior of a nominal metre
     """
     side: Side = 'map' if is_partial else 'plan'
     figures = scale_figures(segmentation, metres_per_unit)
@@ -112,10 +107,10 @@ def segment_unknown_scale(
     """
     Segment a drawing or a map whose scale is unknown, and estimate that scale.
 
-    The segmentation's thresholds need a scale and the scale needs its rooms: both are repeated
-    until the scale stays. The first guess is what a ``prior`` tells of a nominal metre, or comes
-    from the clearance, of which one cell in five has more than about 1.2 m in any building. The
-    regions stay in nominal metres. Fewer ``max_rounds`` are faster and do for a look.
+    The segmentation's thresholds need a scale and the scale needs the rooms: both are iterated
+    until the scale converges. The iteration starts at the ``prior``'s median; without a prior at
+    the scale where one free cell in five has a clearance above about 1.2 m, as in any building.
+    The regions stay in nominal metres. Fewer ``max_rounds`` are faster and enough for a preview.
     """
     factor = first_guess(source) if prior is None else prior.median
     for number in range(max_rounds):
@@ -132,27 +127,27 @@ def told_scale(
     grid: GridMap, segmentation: Segmentation, config: SegmentationConfig
 ) -> ScaleEstimate:
     """
-    Return what rooms, doors and walls say of a stated scale; nothing where there are none.
+    Return the scale that rooms, doors and walls suggest for a map of stated scale.
 
-    Rooms that were cut at a scale that is far off say little of the true one.
+    Without rooms that is the stated scale. After a conflict the map is segmented again.
     """
     if not segmentation.rooms:
         return STATED_SCALE
-    told = estimate_metres_per_unit(segmentation)
-    return segment_unknown_scale(grid, config)[1] if told.is_scale_conflict else told
+    estimate = estimate_metres_per_unit(segmentation)
+    return segment_unknown_scale(grid, config)[1] if estimate.is_scale_conflict else estimate
 
 
 def segment_at(
     source: GridMap | Submap, config: SegmentationConfig, metres_per_unit: float
 ) -> Segmentation:
-    """Segment a drawing or a robot's map whose nominal metres are so many true ones."""
+    """Segment a drawing or a robot's map at a given scale; results stay in nominal metres."""
     if isinstance(source, Submap):
         return segment_submap(source, metres_per_unit)
     return segment_floorplan(source, config, metres_per_unit)
 
 
 def first_guess(source: GridMap | Submap) -> float:
-    """Return the factor to true metres that the clearance suggests, by about a third."""
+    """Return the factor to true metres from the clearance, accurate to about a third."""
     grid = source.grid if isinstance(source, Submap) else source
     free = _without_specks(interior(grid.cells == FREE))
     if not free.any() or free.all():
@@ -162,7 +157,7 @@ def first_guess(source: GridMap | Submap) -> float:
 
 
 def _without_specks(free: Mask) -> Mask:
-    """Return ``free (H, W)`` with what stands in it filled, if that is small beside the map."""
+    """Return ``free (H, W)`` with obstacles filled that are small relative to the map."""
     solid = (~free).astype(np.uint8)
     _, components, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
     extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])

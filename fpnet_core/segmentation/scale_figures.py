@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What speaks of a map's scale: lengths that buildings agree on, measured on its rooms and doors.
+Scale features of a map: lengths of rooms and doors that are similar in all buildings.
 
-Doors are the best witnesses, but they are wide in hospitals, narrow in homes, and missing where a
-drawing shows them shut; rooms, corridors and walls vouch where doors do not, and contradict where
-what looks like doors are cupboards or gates.
+Doors are the most informative, but they are wide in hospitals, narrow in homes, and missing where
+a drawing shows them closed. Rooms, corridors and walls inform the scale without doors, and
+contradict supposed doors that are cupboards or gates.
 """
 
 from __future__ import annotations
@@ -32,41 +32,41 @@ LENGTHS = (
 )  # fmt: skip
 """
 Logarithms of lengths over the reference length: the most frequent door width, and percentiles of
-door widths, square roots of room areas, widths of rooms, of corridors and of walls, and distances
-from free space to what is not free.
+door widths, square roots of room areas, widths of rooms, corridors and walls, and distances from
+free cells to the nearest cell that is not free.
 """
 
 COUNTS = ('door_agreement', 'log_doors', 'log_rooms', 'log_corridors', 'has_walls')
-"""How many doors are near the most frequent width, and how much there was to measure."""
+"""Share of doors near the most frequent width, and how much there was to measure."""
 
 FIGURES = (*LENGTHS, *COUNTS)
 
 # Numerical:
-# A room of more than so many squares of its width is a corridor.
+# A room whose area exceeds this many squares of its width is a corridor.
 _CORRIDOR_ASPECT = 3.0
-# Thinner drawn walls are lines, whose width says nothing of a wall's [cells].
+# Thinner drawn walls are lines; their width is not the wall's [cells].
 _LINE_CELLS = 2.5
-# What is thicker is no wall but unknown space between rooms [m].
+# Thicker parts are unknown space between rooms, not walls [m].
 _THICKEST_WALL_M = 1.0
-# Fewer cells along the middle of walls are no walls to measure.
+# Walls with fewer cells along their middle lines are not measured.
 _LEAST_WALL_CELLS = 32
-# So many free cells, evenly taken, tell their percentiles.
+# Number of evenly sampled free cells for the clearance percentiles.
 _CLEARANCES = 20_000
 # Standard deviation of the density over the logarithm of door widths.
 _BANDWIDTH = 0.08
-# The most frequent width is one near a door's: others speak through their percentiles.
+# The most frequent width is sought near a typical door width; the percentiles cover others.
 _DOOR_M, _DOOR_SPREAD = 0.95, 0.6
 
 
 @dataclass(frozen=True, eq=False)
 class ScaleFigures:
     """
-    What a segmented map says of its scale.
+    Scale features of a segmented map.
 
-    ``values (D,)`` as in :data:`FIGURES`, NaN where there was nothing to measure; ``reference`` is
-    the logarithm of the length that all are compared with, the distance to what is not free that
-    three quarters of the free cells keep below, in metres as they were taken for; None where
-    nothing is free, or everything.
+    ``values (D,)`` as in :data:`FIGURES`, NaN where there was nothing to measure. ``reference`` is
+    the logarithm of the reference length, in the assumed metres: the 75th percentile of the
+    distances from free cells to the nearest cell that is not free. It is None if no cell is free,
+    or all are.
     """
 
     values: Array
@@ -75,16 +75,16 @@ class ScaleFigures:
 
 def scale_figures(segmentation: Segmentation, metres_per_unit: float = 1.0) -> ScaleFigures:
     """
-    Measure what speaks of a segmented map's scale.
+    Measure the scale features of a segmented map.
 
     Parameters
     ----------
     segmentation : rooms and doors in nominal metres
-    metres_per_unit : the factor from nominal to true metres that it was made with
+    metres_per_unit : factor from nominal to true metres that the segmentation used
     """
     cell_m = segmentation.grid.resolution * metres_per_unit
     free = (segmentation.grid.cells == FREE) | (segmentation.labels > 0)
-    # Rooms keep what may be a piece of wall between doorways; dirt and chairs can stand like one.
+    # Rooms exclude possible pieces of wall between doorways; dirt and chairs can look like one.
     free |= free_standing(free, cell_m)
     if not free.any() or free.all():
         return ScaleFigures(np.full(len(FIGURES), np.nan), None)
@@ -122,7 +122,7 @@ def _widths(segmentation: Segmentation, clearance: NDArray[np.float32]) -> Array
 
 
 def _walls(free: Mask, cell_m: float) -> Array:
-    """Return thicknesses along the middle lines of what parts free space, none of hardly any."""
+    """Return wall thicknesses along the walls' middle lines; empty if there are too few cells."""
     depth = cells_to_nearest(free)
     middle = (depth > 0.0) & is_peak(depth, 3)
     # A wall of an even number of cells has two middle lines, each half a cell off.

@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How long the reference length of a map truly is: a learned density over its logarithm.
+Learned density over the logarithm of a map's true reference length.
 
-A few small networks of different seeds see the figures and answer with a mixture of normal
-densities each; the mean of their densities, with a share of it smeared out for buildings unlike
-any that was learned from, is the posterior of the scale. Drawings and robots' maps have networks
-of their own. All figures but counts are ratios of lengths, so that the answer moves with the
-nominal scale, whatever that is.
+A small ensemble of networks maps the features to one mixture of normal densities each. The
+posterior of the scale is the mean of their densities, with a share of it blurred to allow for
+buildings unlike the training data. Drawings and robots' maps have separate networks. All features
+except counts are ratios of lengths, so the estimate is equivariant to the nominal scale.
 """
 
 from __future__ import annotations
@@ -27,32 +26,30 @@ Array = NDArray[np.float64]
 Side = Literal['plan', 'map']
 
 SCALE_SCHEMA = 2
-"""Given: grows when a figure changes its meaning."""
+"""Given: incremented when a feature changes its meaning."""
 
 SCALE_NAME = 'scale.safetensors'
 
 CLIP = 3.0
-"""Numerical: figures are held to so many standard deviations."""
+"""Numerical: features are clipped to this many standard deviations."""
 
 COMPONENTS = 3
 """Numerical: normal densities of each network's mixture."""
 
 LOG_SIGMA_SHIFT, LOG_SIGMA_RANGE = -1.0, (-3.5, 1.0)
 """
-Numerical: logarithms of the components' standard deviations, in those of the target: where they
-start.
+Numerical: initial value and range of the logarithms of the components' standard deviations, in
+standard deviations of the target.
 """
 
 GRID = np.linspace(-1.6, 1.6, 321)
-"""
-Numerical: logarithms of true over assumed metres at which a posterior is held; a hundredth apart.
-"""
+"""Numerical: grid of the posterior, logarithms of true over assumed metres in steps of 0.01."""
 
 PRIOR_SHARE = 0.3
 """
-Of the logarithm of a scale's density, that a picture's parser tells; both see the same drawing.
-Chosen: on 45 drawings of the tune half the 90 % interval holds for 89 %, and for 87, 96 and 100 %
-with 0, 0.5 and 0.7; errors differ little.
+Weight of the log density from a picture's parser in the pooled one; both see the same drawing.
+Chosen: on 45 drawings of the development split the 90 % interval holds for 89 %, and for 87, 96
+and 100 % with 0, 0.5 and 0.7; errors differ little.
 """
 
 
@@ -61,17 +58,17 @@ class ScaleModel:
     """
     ``tensors`` of the networks for drawings, ``plan.NAME``, and for robots' maps, ``map.NAME``.
 
-    Letters: ``D`` figures, ``m`` networks, ``h`` width, ``K`` components. ``mean`` and ``spread
-    (D,)`` standardise the figures, ``target (2,)`` the answer; ``first (m, h, D)``, ``second
-    (m, h, h)``, ``mixture (m, 3 K, h)`` and ``direct (m, D)`` are the layers, their biases called
-    alike; ``tail (2,)`` are share and standard deviation of what is smeared out.
+    Letters: ``D`` features, ``m`` networks, ``h`` width, ``K`` components. ``mean`` and ``spread
+    (D,)`` standardise the features, ``target (2,)`` the output. ``first (m, h, D)``, ``second (m,
+    h, h)``, ``mixture (m, 3 K, h)`` and ``direct (m, D)`` are layers; each has a ``NAME_bias``.
+    ``tail (2,)`` is the share that is blurred and the blur's standard deviation.
     """
 
     tensors: dict[str, NDArray[np.float32]]
 
     def posterior(self, figures: ScaleFigures, side: Side) -> Array:
         """
-        Return probabilities over :data:`GRID`; all the same where nothing was measured.
+        Return probabilities over :data:`GRID`; uniform if nothing was measured.
 
         ``figures`` are of a drawing (``plan``) or of a robot's ``map``.
         """
@@ -113,17 +110,17 @@ def smeared(density: Array, share: float, sigma: float) -> Array:
 
 
 def quantiles(density: Array, at: tuple[float, ...]) -> Array:
-    """Return the logarithms ``(len(at),)`` below which ``density (G,)`` has these shares."""
+    """Return the quantiles ``at`` of ``density (G,)``, logarithms ``(len(at),)``."""
     return np.interp(at, np.cumsum(density) - 0.5 * density, GRID)
 
 
 @dataclass(frozen=True, eq=False)
 class ScalePrior:
     """
-    What is known of a scale apart from rooms, doors and walls, as from a look at a picture.
+    Prior of a scale from sources other than rooms, doors and walls, such as a picture.
 
-    ``at (N,)`` are logarithms of true metres per unit, ascending, ``log_density (N,)`` the
-    logarithms of its density there, but for a constant.
+    ``at (N,)`` are logarithms of true metres per unit, ascending; ``log_density (N,)`` is the log
+    density there, up to a constant.
     """
 
     at: Array
@@ -131,23 +128,23 @@ class ScalePrior:
 
     @property
     def median(self) -> float:
-        """True metres per unit."""
+        """Median of true metres per unit."""
         density = np.exp(self.log_density - self.log_density.max())
         density /= density.sum()
         return float(np.exp(np.interp(0.5, np.cumsum(density) - 0.5 * density, self.at)))
 
     def per(self, units: float) -> ScalePrior:
-        """Return the same of a unit that is so many of these."""
+        """Return the same prior for a unit that equals ``units`` of this one."""
         return replace(self, at=self.at + np.log(units))
 
     def and_also(self, other: ScalePrior) -> ScalePrior:
-        """Return the geometric mean of two that have seen the same."""
+        """Return the geometric mean of two priors from the same source."""
         both = self.log_density + np.interp(self.at, other.at, other.log_density)
         return replace(self, log_density=0.5 * both)
 
 
 def pooled(density: Array, prior: ScalePrior, metres_per_unit: float) -> Array:
-    """Return ``density (G,)`` over :data:`GRID`, of a unit taken for so long, given a prior."""
+    """Pool ``density (G,)`` over :data:`GRID`, of an assumed ``metres_per_unit``, with a prior."""
     also = np.interp(GRID + np.log(metres_per_unit), prior.at, prior.log_density)
     logs = (1.0 - PRIOR_SHARE) * np.log(density) + PRIOR_SHARE * also
     found = np.exp(logs - logs.max())
@@ -161,7 +158,7 @@ def packaged_scale_model() -> ScaleModel:
 
 
 def model_of(weights: Weights) -> ScaleModel:
-    """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
+    """Return the model of a checkpoint; WeightsError if it was trained on other features."""
     network = network_of(weights, 'scale', {'figures': FIGURES}, 'train scale')
     members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
     check_shapes(SCALE_NAME, weights.tensors, shapes(members, width))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The raster that both segmentations start from: free space, walls, lintels, clearance."""
+"""The raster input of both segmentations: free space, walls, lintels, clearance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
 _UNSEEN_CREDIT_M = 0.5  # clearance at the very edge of unseen space; chosen
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
-_BLUR_ENDS = 4.0  # numerical: OpenCV's blur ends at so many standard deviations
+_BLUR_ENDS = 4.0  # numerical: OpenCV truncates the blur at this many standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +27,13 @@ class Scene:
     """
     Cleaned masks at the grid's own resolution.
 
-    ``free (H, W)`` is space that belongs to some room or door; ``lintel (H, W)`` cells are
-    free and close a doorway. ``cell_m`` is the cell edge in true metres, nominal edge times
-    metres per unit. ``solid (H, W)`` is what limits the free space. Of a partial map,
-    ``wall (H, W)`` marks cells at or near a wall and ``unseen (H, W)`` those that are neither
-    free nor near a wall; of a drawing both are None. ``furniture (H, W)`` are free cells that
-    something stands on, ``high (H, W)`` those below a return at the height of lintels.
-    ``has_scans`` tells a robot's own submap, ``sees_lintels`` that its sensor has met any lintel.
+    ``free (H, W)`` is space of some room or door; ``lintel (H, W)`` cells are free and close a
+    doorway. ``cell_m`` is the cell edge in true metres, nominal edge times metres per unit.
+    ``solid (H, W)`` limits the free space. In a partial map, ``wall (H, W)`` marks cells at or
+    near a wall and ``unseen (H, W)`` cells that are neither free nor near a wall; in a drawing
+    both are None. ``furniture (H, W)`` are free cells below furniture, ``high (H, W)`` free cells
+    below a return at lintel height. ``has_scans`` marks a robot's own submap; ``sees_lintels`` is
+    True if its sensor has detected any lintel.
     """
 
     free: Mask
@@ -50,17 +50,17 @@ class Scene:
     @cached_property
     def clearance(self) -> NDArray[np.float32]:
         """
-        Distance (H, W) to what limits the free space [true metres], 0 far from free space.
+        Distance (H, W) to the limits of the free space [true metres], 0 far from free space.
 
-        Unseen space limits it less than a wall does: a room seen through its door keeps a
-        clearance that grows behind the jambs, so that the door is found before the room is.
+        Unseen space limits it less than a wall does: the clearance of a room seen through its door
+        grows behind the jambs, so the door is found before the room is fully seen.
         """
         blurred = int(np.ceil(_BLUR_ENDS * self.blur)) * self.stride
         where = grown(self.free & ~self.lintel, blurred + self.stride - 1)
         clearance = clearance_m(self.solid, self.cell_m, where)
         if self.unseen is not None:
             roomy = clearance > _UNSEEN_CREDIT_M  # nowhere else can unseen space be nearer
-            most_m = float(clearance.max()) - _UNSEEN_CREDIT_M  # what is farther limits nothing
+            most_m = float(clearance.max()) - _UNSEEN_CREDIT_M  # farther space limits nothing
             beyond = clearance_m(self.unseen, self.cell_m, roomy, _UNSEEN_CREDIT_M, most_m)
             np.minimum(clearance, beyond, out=clearance)
         return clearance
@@ -80,7 +80,7 @@ class Scene:
         return replace(self, lintel=self.lintel | line, solid=self.solid | line)
 
     def coarser(self, step: int) -> Scene:
-        """Return a drawing's scene in blocks of ``step`` cells, free where all of a block is."""
+        """Return a drawing's scene in blocks of ``step`` cells; a block needs all cells free."""
         free = ~block_any(~self.free, step, is_beyond=True)
         furniture = None if self.furniture is None else block_any(self.furniture, step) & free
         return Scene(
@@ -97,10 +97,10 @@ class WorkRaster:
     """
     The scene at working resolution: blocks of ``stride`` by ``stride`` cells.
 
-    ``mask (h, w)`` marks blocks that are free throughout (and not under a lintel), so a wall
-    of one cell stays closed; ``clearance (h, w)`` float32 is the distance to the nearest wall
-    [true metres], measured before the reduction so that openings keep their width;
-    ``frontier (h, w)`` marks free blocks that touch unseen space.
+    ``mask (h, w)`` marks blocks that are entirely free (and not under a lintel), so a wall of one
+    cell stays closed. ``clearance (h, w)`` float32 is the distance to the nearest wall [true
+    metres], measured before the reduction so that openings keep their width. ``frontier (h, w)``
+    marks free blocks that touch unseen space.
     """
 
     mask: Mask
@@ -120,8 +120,8 @@ def clearance_m(
     """
     Return the distance (H, W) float32 from each cell to the nearest blocked cell's face.
 
-    Where ``where`` is given and False it says nothing; ``credit_m`` is added. Of what is farther
-    than ``most_m`` it is only said that it is.
+    Cells where ``where`` is False are undefined; ``credit_m`` is added. Distances beyond
+    ``most_m`` are only known to exceed it.
     """
     cells = cells_to_nearest(blocked, where=where, most=most_m / cell_m + 1.0)
     cells -= 0.5

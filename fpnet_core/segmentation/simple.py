@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The two simple segmentations of floorplans that the default is compared with.
+Two simple segmentations of floorplans as baselines for the default.
 
-Both find one seed per room and let the seeds grow back over the free space at equal speed.
-"Morphological" is the method that the paper names ([6]: Bormann et al., *Room segmentation:
-Survey, implementation, and analysis*, ICRA 2016); "distance" is the same survey's threshold on
-the distance transform.
+Both find one seed per room and grow the seeds over the free space at equal speed. "Morphological"
+is the method that the paper names ([6]: Bormann et al., *Room segmentation: Survey,
+implementation, and analysis*, ICRA 2016); "distance" is the same survey's threshold on the
+distance transform.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from fpnet_core.segmentation.openings import Opening, find_openings
 from fpnet_core.segmentation.scene import Scene, WorkRaster
 
 # Chosen, not measured:
-# A piece whose area falls into this range while walls grow is a room's seed [m2].
+# A component whose area falls into this range while walls grow is a room's seed [m2].
 _SEED_AREA_M2 = (0.8, 47.0)
 # Step of the threshold on the distance to walls [m].
 _THRESHOLD_STEP_M = 0.05
-# Smaller pieces above the threshold are no seeds [m2].
+# Smaller components above the threshold are no seeds [m2].
 _LEAST_SEED_M2 = 0.05
 
 Labels = NDArray[np.int32]
@@ -38,7 +38,9 @@ def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
     Returns labels and openings as :func:`fpnet_core.segmentation.rooms.cut_rooms` does.
     """
     seeds = _eroded_seeds(scene) if method == 'morphological' else _distant_seeds(scene)
-    labels = watershed(np.zeros(seeds.shape, dtype=np.uint8), seeds, mask=scene.free)  # type: ignore[no-untyped-call]
+    labels = watershed(  # type: ignore[no-untyped-call]
+        np.zeros(seeds.shape, dtype=np.uint8), seeds, mask=scene.free
+    )
     labels = np.asarray(labels, dtype=np.int32)
     work = WorkRaster(scene.free, scene.clearance, np.zeros_like(scene.free), 1, scene.cell_m)
     return labels, find_openings(labels, work, scene.free)
@@ -46,9 +48,9 @@ def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
 
 def _eroded_seeds(scene: Scene) -> Labels:
     """
-    Return one seed per piece whose area falls into the range of rooms while walls grow.
+    Return one seed per component whose area falls into the range of rooms while walls grow.
 
-    Walls grow by one cell per step; a piece that became a seed leaves the free space.
+    Walls grow by one cell per step; a component that became a seed leaves the free space.
     """
     least, most = (area / scene.cell_m**2 for area in _SEED_AREA_M2)
     seeds = np.zeros(scene.free.shape, dtype=np.int32)
@@ -68,7 +70,7 @@ def _eroded_seeds(scene: Scene) -> Labels:
 
 
 def _distant_seeds(scene: Scene) -> Labels:
-    """Return the pieces further from walls than the distance at which they are most."""
+    """Return the components beyond the distance to walls that yields most components."""
     best = np.zeros(scene.free.shape, dtype=np.int32)
     most = 0
     for threshold in np.arange(0.0, float(scene.clearance.max()), _THRESHOLD_STEP_M):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Door symbols of drawings: an open leaf, with the quarter circle that it sweeps or half open."""
+"""Door symbols of drawings: an open leaf with its quarter-circle arc, or a leaf half open."""
 
 from __future__ import annotations
 
@@ -30,35 +30,35 @@ from fpnet_core.segmentation.leaves import (
 )
 
 # Chosen, not measured:
-# Lines are about as thin as this [m] or one cell, oblique ones half of one more; filled walls are
+# Lines are about this thin [m] or one cell, oblique ones half a cell more; filled walls are
 # thicker.
 _LINE_M, _LEAST_LINE = 0.1, 1.5
 # Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
-# Numerical: symbols are looked for at cells of about this size [m].
+# Numerical: symbols are searched for at cells of about this size [m].
 _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
 _ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
 _UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 _FAR = 1024.0  # numerical
-_OFF = np.sqrt(np.arange(4.0).astype(np.float32))  # given: distances of codes [cells]
-# Places on the arc, from its middle on; the ends merge with leaf and jamb.
+_OFF = np.sqrt(np.arange(4.0).astype(np.float32))  # given: distances that codes stand for [cells]
+# Samples on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
 _ARC = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
-# How far leaf and arc may be off on average [cells].
+# Largest mean deviation of leaf and arc [cells].
 _MAX_MISFIT = 0.7
-# Where a symbol is looked at for being blank: angles from the leaf, shares of the radius.
+# Samples in a symbol that must be blank: angles from the leaf, shares of the radius.
 _SECTOR_DEG = (25.0, 35.0, 45.0, 55.0, 65.0)
 _SECTOR = (0.35, 0.5, 0.65)
 # The doorway is open this deep behind the leaf's line [m].
 _DEPTH_M = 0.2
-# Crossing lines and letters may cover so much of what should be blank.
+# Largest share of the blank samples that crossing lines and letters may cover.
 _MAX_CLUTTER = 0.07
-# Symbols whose leaves end closer together than this are one [m].
+# Symbols whose leaf tips are closer than this are one [m].
 _APART_M = 0.25
-# Ink this close to a symbol's lines is the symbol [cells].
+# Ink this close to a symbol's lines belongs to it [cells].
 _PEN_CELLS = 1
-# Of a leaf at its hinge and an arc at its jamb so much stays, lest the wall's face breaks [cells].
+# Length kept of a leaf at its hinge and of an arc at its jamb, so that walls stay closed [cells].
 _STUB = 1.5
 
 Array = NDArray[np.float64]
@@ -68,11 +68,10 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
     """
     Return ``free (H, W)`` with the leaves and arcs of doors turned into free space.
 
-    A symbol is a straight stroke of 0.6 to 1.6 m, the leaf, and a quarter circle around one
-    end of it, the hinge, that starts at its other end and ends across an open doorway. Both
-    are thin lines and most of the sector between them is empty. Without an arc it is a leaf half
-    open, with a gap as wide beside it. A drawing without such symbols is returned as it is;
-    ``cell_m`` is the cell edge [m].
+    A symbol is a straight stroke of 0.6 to 1.6 m, the leaf, with a quarter circle around its hinge
+    that runs from its other end across an open doorway. Both are thin lines and most of the sector
+    between them is empty. A symbol without an arc is a leaf half open beside a gap of equal width.
+    A drawing without such symbols is returned unchanged; ``cell_m`` is the cell edge [m].
     """
     stride = max(1, int(_WORK_M / cell_m))
     ink = block_any(~free, stride)
@@ -103,7 +102,7 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
 
 @lru_cache(maxsize=4)
 def _blanks(first: int, last: int, depth: float) -> Array:
-    """Return the places of :func:`_blank_places` for all radii; nobody writes to it."""
+    """Return the places of :func:`_blank_places` for all radii; callers must not modify it."""
     return np.array([_blank_places(radius, depth) for radius in range(first, last)])
 
 
@@ -111,8 +110,8 @@ def _blank_places(radius: float, depth: float) -> Array:
     """
     Return places (4, 15, 2) where a symbol is blank, [cells] from its hinge.
 
-    Along the leaf and towards the jamb: in the sector, beside the arc, beside the leaf, and in
-    the doorway.
+    Axes are along the leaf and towards the jamb. The places lie in the sector, beside the arc,
+    beside the leaf, and in the doorway.
     """
     turn, share = np.meshgrid(np.radians(_SECTOR_DEG), _SECTOR)
     sector = radius * np.stack([share * np.cos(turn), share * np.sin(turn)], axis=-1)
@@ -131,8 +130,8 @@ def _search(
     """
     Try each cell of a line as a leaf's tip, in all directions and with both sides.
 
-    ``lines`` and ``ink`` hold squared distances of at most 2, or 3, with a margin all around.
-    Leaves without an arc have side 0. Returns symbols (N, 6), by direction.
+    ``lines`` and ``ink`` hold squared distances up to 2, or 3, with a margin all around. Leaves
+    without an arc have side 0. Returns symbols (N, 6), by direction.
     """
     tip, way, misfit = _straight(ink, tips, first, first + len(blanks) - 1)
     ends = is_end(ink, tips[tip].astype(np.float64), _UNITS[way])
@@ -164,13 +163,13 @@ def _straight(
     """
     Return the straight lines of ``first`` to ``last`` cells that end at ``tips (K, 2)``.
 
-    Numbers of their tips and directions (N,), and how far a line of so many cells is off in all
-    (N, last), infinite where none is drawn.
+    Indices of their tips and directions (N,), and the total deviation of a line by its length in
+    cells (N, last), infinite where none is drawn.
     """
     flat, cols = ink.reshape(-1), ink.shape[1]
     cells = tips[:, 0] * cols + tips[:, 1]
-    # Whole cells are looked up in one row of all. Counted from far off: exactly between two cells
-    # the same one is taken as from tips.
+    # Whole cells are looked up in the flattened raster. The large offset rounds ties between two
+    # cells the same way as at the tips.
     steps = np.floor(_FAR - np.arange(1, last + 1)[:, None, None] * _UNITS + 0.5) - _FAR
     steps = (steps[..., 0] * cols + steps[..., 1]).astype(np.int64)
     beyond, least = (
@@ -187,7 +186,7 @@ def _straight(
 
 @njit(cache=True, nogil=True)
 def _mark_lines(ink, cells, steps, beyond, least, is_line):  # type: ignore[no-untyped-def]
-    """Mark the directions in which there is ink at all ``steps (S, D)`` from cells, not beyond."""
+    """Mark directions with ink at all ``steps (S, D)`` from the tips and none beyond the tips."""
     for tip in range(len(cells)):
         for way in range(len(least)):
             if ink[cells[tip] + beyond[way]] <= NEAR or ink[cells[tip] + least[way]] > NEAR:
@@ -205,7 +204,7 @@ def _rounded(cells: Array) -> NDArray[np.int64]:
 
 @njit(cache=True, nogil=True)
 def _arc_misfits(lines, hinges, u, radii, arc, misfits):  # type: ignore[no-untyped-def]
-    """Write the mean distances (N, 2) [cells] of both sides' arcs from lines, infinite of none."""
+    """Write mean distances (N, 2) [cells] of both sides' arcs from lines, infinite without one."""
     for n in range(len(hinges)):
         for which in range(2):
             side, total = 2.0 * which - 1.0, 0.0
@@ -221,19 +220,19 @@ def _arc_misfits(lines, hinges, u, radii, arc, misfits):  # type: ignore[no-unty
 
 
 def _is_blank(ink: Codes, origins: Array, u: Array, v: Array, blanks: Array) -> Mask:
-    """Tell whether hardly any place of each of ``blanks (N, 4, K, 2)``, in u and v, holds ink."""
+    """Return whether almost no place of each of ``blanks (N, 4, K, 2)``, in u and v, holds ink."""
     clutter = is_drawn(ink, origins[:, None], u[:, None], v[:, None], blanks).sum(axis=2)
     return np.asarray((clutter <= _MAX_CLUTTER * blanks.shape[2]).all(axis=1))
 
 
 def _distinct(found: Array, apart: float) -> Array:
-    """Return of each group of symbols with nearly the same tip the one that fits best."""
+    """Return the best fitting symbol of each group with nearly the same tip."""
     ordered = found[np.argsort(found[:, 0], kind='stable')]
     tips, angles, radii, sides = ordered[:, 1:3], *ordered[:, 3:].T
     hinges = tips - radii[:, None] * np.stack([np.sin(angles), np.cos(angles)], axis=1)
 
     def is_same(index: int, others: NDArray[np.int64]) -> Mask:
-        # A leaf without an arc has no arc around it either.
+        # A leaf without an arc must not have another symbol's arc around it.
         is_around = (sides[others] == 0.0) & (sides[index] != 0.0)
         apart_from = np.where(is_around[:, None], hinges[index], tips[index])
         reach = np.where(is_around, radii[index] + apart, apart)
@@ -243,7 +242,7 @@ def _distinct(found: Array, apart: float) -> Array:
 
 
 def _drawn(symbols: Array, shape: tuple[int, ...]) -> Mask:
-    """Return where the leaves and arcs (N, 6) are, with a pen that covers their lines."""
+    """Return the cells of leaves and arcs (N, 6), drawn with a pen that covers their lines."""
     is_drawn = np.zeros(shape, np.bool_)
     for _, row, col, angle, radius, side in symbols:
         u = np.array([np.sin(angle), np.cos(angle)])

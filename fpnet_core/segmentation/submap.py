@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a robot has seen so far, to rooms and doors (paper, section III-B)."""
+"""Segmentation of a robot's partial map into rooms and doors (paper, section III-B)."""
 
 from __future__ import annotations
 
@@ -22,58 +22,58 @@ from fpnet_core.segmentation.rooms import MIN_ROOM_WIDTH_M, Decide, cut_rooms, j
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation, Submap
 
-# Seen free space narrower than this is a stray ray;
-# fitted to the tune half (notes/segmentation.md).
+# Free space narrower than this is a stray ray;
+# fitted to the development split (notes/segmentation.md).
 _SOLID_WIDTH_M = 0.2
 # Glimpsed rooms smaller than this are dropped (a_th of the paper);
-# fitted to the tune half (notes/segmentation.md).
+# fitted to the development split (notes/segmentation.md).
 _MIN_SUBMAP_ROOM_AREA_M2 = 2.0
 
 # Chosen, not measured:
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.1
-# The ends of a doorway's line are this near to its jambs [m].
+# The ends of a doorway's line are at most this far from its jambs [m].
 _JAMB_REACH_M = 0.2
 # Narrower openings are holes in a wall that was seen too rarely, not doors [m].
 _MIN_DOOR_M = 0.3
-# Numerical: margin of unseen space around the grid in which rooms may go on [cells].
+# Numerical: margin of unseen space around the grid into which rooms may extend [cells].
 _BEYOND_CELLS = 40
-# Numerical: a room is looked at in strips so high until enough of it is found to be wide [cells].
+# Numerical: height of the strips in which a room is scanned until its wide part suffices [cells].
 _STRIP_CELLS = 64
-# Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
+# Rays prove nothing on their last stretch: a rim of unknown cells up to this wide is free [m].
 _RIM_M = 0.2
-# Of that rim, what lies so near to returns: farther from any it may be a wall that no ray met [m].
+# Only rim cells this near to returns are free; others may be a wall that no ray hit [m].
 _RIM_REACH_M = 0.1
-# A wall's face lies so far inside of the cells that hold its returns [m].
+# A wall's face lies this far inside the cells that hold its returns [m].
 _SCATTER_M = 0.05
-# Returns with unseen space so near behind them are of one face, not of a wall's two sides [m].
+# Returns with unseen space this near behind them are of one face, not of a wall's two sides [m].
 _ONE_FACE_M = 0.15
 
 
 def segment_submap(submap: Submap, metres_per_unit: float = 1.0) -> Segmentation:
     """
-    Cut a partial map into rooms and doors.
+    Segment a partial map into rooms and doors.
 
-    Lintels close their doorways first; the rest is the watershed of
-    :func:`segment_floorplan`, except that unknown space is neither wall nor free: regions end
-    there, and each knows which share of its outline and area is unseen. Rooms that were only
-    glimpsed are dropped; the doors that lead to them stay, with None as second room.
+    Lintels close their doorways first. The rest is the watershed of :func:`segment_floorplan`,
+    except that unknown space is neither wall nor free: regions end there, and each records the
+    unseen share of its outline and area. Rooms that were only glimpsed are dropped; the doors that
+    lead to them stay, with None as second room.
 
     Parameters
     ----------
-    submap : the raster, its lintel mask
+    submap : the raster and its lintel mask
     metres_per_unit : true metres per nominal metre, 1 for a lidar's own submap
 
     Returns
     -------
-    Segmentation in the submap frame; an empty one with a reason where nothing was found
+    Segmentation in the submap frame; an empty one with a reason if nothing was found
     """
     has_scans = is_from_scans(submap)
     return segment_part(submap.grid, submap.lintel, metres_per_unit, has_scans=has_scans)
 
 
 def is_from_scans(submap: Submap) -> bool:
-    """Tell a robot's own submap from a finished map, whose rooms end where free cells do."""
+    """Return whether this is a robot's own submap; a finished map ends at its free cells."""
     return len(submap.path_xy) > 0
 
 
@@ -89,19 +89,19 @@ def segment_part(
     decide: Decide = joined_as_learned,
 ) -> Segmentation:
     """
-    Cut a window of a partial map into rooms and doors.
+    Segment a window of a partial map into rooms and doors.
 
     Parameters
     ----------
     grid, lintel : the window's cells and lintel mask
     metres_per_unit : as for :func:`segment_submap`
-    held : (H, W) bool, cells of rooms that are known already: seen as what they are, but not
-        cut again; None holds nothing
+    held : (H, W) bool, cells of known rooms, which count but are not segmented again; None for
+        none
     known_doors : doorways between held and other rooms, in the window's cells
-    held_doors : those between held rooms, which are closed and nothing else
-    has_scans : whether occupied cells are those that scans had returns in
-    sees_lintels : whether the sensor has met lintels anywhere; None looks at the window
-    decide : which pieces join
+    held_doors : doorways between held rooms; they are closed but not returned
+    has_scans : whether occupied cells are cells with scan returns
+    sees_lintels : whether the sensor has detected lintels anywhere; None: check the window
+    decide : decides which pieces merge
     """
     cell_m = grid.resolution * metres_per_unit
     closed_doors = (*held_doors, *known_doors)
@@ -110,7 +110,7 @@ def segment_part(
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
     scene, doorways = made
-    assert scene.unseen is not None, 'a part of a map has unseen cells or none'
+    assert scene.unseen is not None, 'part_scene sets the unseen cells'
     inside = scene if held is None else replace(scene, free=scene.free & ~held)
     full, openings, _ = cut_rooms(inside, decide)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
@@ -136,7 +136,7 @@ def part_scene(
     """
     Return the scene of a partial map and its closed doorways; None without free space.
 
-    No doorways but ``known_doors``, which come first, are looked for where it is ``held``.
+    ``known_doors`` come first. No other doorways are searched for in ``held`` cells.
     """
     wall = grid.cells == OCCUPIED
     free = grid.cells == FREE
@@ -147,7 +147,7 @@ def part_scene(
         return None
     jambs = _grown(wall, _JAMB_REACH_M, cell_m)
     shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors, held)
-    # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
+    # Closed doorways connect wall stubs between them to other walls: such stubs are no furniture.
     open_cells = free & ~shut
     furniture = furniture_cells(open_cells, cell_m) & ~shut
     scene = replace(
@@ -167,7 +167,7 @@ def _scene(free: Mask, lintel: Mask, returns: Mask, cell_m: float) -> Scene:
 
 
 def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
-    """Tell whether an opening joins two of ``rooms`` or is surely a door."""
+    """Return whether an opening joins two of ``rooms`` or is certainly a door."""
     if opening.has_lintel or _width_m(opening, cell_m) >= MIN_DOOR_WIDTH_M:
         return True
     return rooms.issuperset(opening.rooms)
@@ -175,10 +175,10 @@ def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
 
 def _without_holes(openings: list[Opening], sees_lintels: bool, cell_m: float) -> list[Opening]:
     """
-    Return ``openings`` without holes that scans have left in the wall beside a door.
+    Return ``openings`` without holes that sparse scans have left in the wall beside a door.
 
-    Two rooms have seldom more than one door. A second opening between them without a lintel is a
-    hole where lintels are seen, and elsewhere where it is narrower than a door; the widest stays.
+    Two rooms rarely have more than one door. A second opening between them without a lintel is a
+    hole if the sensor sees lintels, or else if it is narrower than a door. The widest one stays.
     """
 
     def rank(opening: Opening) -> tuple[bool, float]:
@@ -192,7 +192,7 @@ def _without_holes(openings: list[Opening], sees_lintels: bool, cell_m: float) -
         for opening in openings
         if opening.has_lintel
         or opening is best[opening.rooms]
-        or min(opening.rooms) == 0  # what lies behind may be several rooms
+        or min(opening.rooms) == 0  # several rooms may lie behind it
         or not (sees_lintels or _width_m(opening, cell_m) < MIN_DOOR_WIDTH_M)
     ]
 
@@ -202,7 +202,7 @@ def _width_m(opening: Opening, cell_m: float) -> float:
 
 
 def _solid(free: Mask, cell_m: float) -> Mask:
-    """Return ``free`` without stray rays as narrow as they are."""
+    """Return ``free`` without stray rays."""
     return _opened(free, _SOLID_WIDTH_M, cell_m)
 
 
@@ -219,7 +219,7 @@ def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
     """
     Return ``free (H, W)`` with the rim before ``wall`` that no ray proves to be free.
 
-    A gap between two free spaces without any return stays: a wall seen at grazing angles only.
+    A gap without returns between two free spaces stays: a wall seen only at grazing angles.
     """
     known = closed(free | wall, max(1, round(_RIM_M / cell_m)))
     return free | known & ~wall & _grown(wall, _RIM_REACH_M, cell_m)
@@ -229,11 +229,11 @@ def _to_faces(
     labels: NDArray[np.int32], cells: NDArray[np.int8], held: Mask | None, cell_m: float
 ) -> NDArray[np.int32]:
     """
-    Return ``labels (H, W)`` with rooms grown into cells with returns, but not into ``held`` ones.
+    Return ``labels (H, W)`` with rooms grown into cells with returns that are not ``held``.
 
-    Returns scatter around a wall's face, so that the face lies inside of such cells: in their
-    middle where one face was seen and unseen space lies behind it. Where noise or drift spreads
-    its returns, rooms grow there once more.
+    Returns scatter around a wall's face, so the face lies inside the cells: in their middle where
+    only one face was seen, with unseen space behind. There noise or drift spreads the returns, and
+    rooms grow a second time.
     """
     wall = cells == OCCUPIED if held is None else (cells == OCCUPIED) & ~held
     unseen = cells == UNKNOWN
@@ -247,8 +247,8 @@ def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
     """Return the completeness of every room in ``labels (H, W)``; beyond the grid is unseen."""
     scores: dict[int, RoomScore] = {}
     for label, window in label_windows(labels).items():
-        # The rectangle around a turned room leaves its axis-aligned window by less than
-        # half of the window's shorter side.
+        # The rectangle around a rotated room exceeds its axis-aligned window by less than half of
+        # the window's shorter side.
         margin = 1 + min(s.stop - s.start for s in window) // 2
         wide = tuple(
             slice(
@@ -266,8 +266,8 @@ def _score(
     """
     Score the room in a window of ``labels`` and ``unseen (H, W)``.
 
-    The unseen part is estimated as the unseen cells inside the smallest rectangle around the
-    room that can be reached from its outline without crossing a wall, as far as ``wide``.
+    The hidden part is estimated as the unseen cells in the smallest rectangle around the room that
+    are reachable from its outline without crossing a wall, within ``wide``.
     """
     near = (
         slice(window[0].start - 1, window[0].stop + 1),
@@ -289,7 +289,7 @@ def _hidden(
     room: Mask, near: Window, unseen: Mask, wide: Window, reached: NDArray[np.int64]
 ) -> int:
     """
-    Count the unseen cells in the rectangle around a room that hang together with ``reached``.
+    Count the unseen cells in the rectangle around a room that are connected to ``reached``.
 
     ``room (h, w)`` lies in the window ``near``, ``reached (K, 2)`` are cells of ``unseen (H, W)``.
     """
@@ -311,7 +311,7 @@ def _hidden(
 
 
 def _flooded(cells: NDArray[np.uint8], starts: NDArray[np.int64]) -> int:
-    """Count the ones of ``cells (H, W)`` that hang together with ``starts (K, 2)``; they go."""
+    """Count the ones of ``cells (H, W)`` connected to ``starts (K, 2)``, and clear them."""
     count, left = 0, starts
     while len(left := left[cells[tuple(left.T)] > 0]):
         row, col = left[0].tolist()
@@ -320,16 +320,16 @@ def _flooded(cells: NDArray[np.uint8], starts: NDArray[np.int64]) -> int:
 
 
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
-    """Return ``labels (H, W)`` without rooms whose wide part is no room's."""
+    """Return ``labels (H, W)`` without rooms whose wide part is too small."""
     least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
     side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
     ends, sizes, _ = label_extents(labels, int(labels.max(initial=0)) + 1)
     keep = np.zeros(len(sizes), np.int32)
-    # Of no other is any part as large.
+    # Smaller rooms cannot have a large enough part.
     for label in (np.flatnonzero(sizes[1:] >= least) + 1).tolist():
         r0, c0, r1, c1 = ends[label].tolist()
         window = slice(r0, r1), slice(c0, c1)
-        # Squares are far quicker than discs, and where they fit so do discs: enough for most.
+        # Squares are much faster than discs; where squares fit, discs do too. This decides most.
         keep[label] = label * (
             _has_squares(labels, label, window, side, least)
             or np.count_nonzero(opened(labels[window] == label, side)) >= least
@@ -340,7 +340,7 @@ def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32
 def _has_squares(
     labels: NDArray[np.int32], label: int, window: Window, side: int, least: float
 ) -> bool:
-    """Tell whether squares of ``side`` cells fit around so many cells of a room in a window."""
+    """Return whether squares of ``side`` cells fit around ``least`` or more cells of a room."""
     (rows, cols), reach, count = window, side // 2, 0
     for first in range(rows.start, rows.stop, _STRIP_CELLS):
         near = slice(first - reach, first + _STRIP_CELLS + reach)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doors and gates to the outside: openings of the outer wall, behind which nothing is known."""
+"""Doors and gates to the outside: openings in the outer walls to unknown space."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from fpnet_core.raster.pieces import pieces_of, reached_from_edge
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, Segmentation
 
 _WAY_M = (0.6, 6.0)
-"""Physical: narrower is no door, and a gate for lorries is up to 6 m wide."""
+"""Physical: narrower openings are no doors; a gate for lorries is up to 6 m wide."""
 _WALL_M = 0.8  # physical: outer walls are thinner
-_OF_ROOM = 0.5  # chosen: of the root of a room's area; with a wider opening it lacks a wall
+_OF_ROOM = 0.5  # chosen: over the root of a room's area; a room with a wider opening lacks a wall
 
 
 def rooms_with_ways_out(segmentation: Segmentation, metres_per_unit: float = 1.0) -> set[int]:
     """
     Return the ids of rooms from which a door or gate leads outside.
 
-    That is where free cells between walls meet what is unknown as far as the grid's edge.
-    Metres of the segmentation are ``metres_per_unit`` true ones.
+    Such an opening is a group of free cells between walls next to unknown cells that extend to the
+    grid's edge. ``metres_per_unit`` is true metres per metre of the segmentation.
     """
     cells = segmentation.grid.cells
     cell_m = segmentation.grid.resolution * metres_per_unit

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Buildings and their storeys: what is read of them, and which of them look alike."""
+"""Sites: buildings with several storeys, their files, and localization on them."""
 
 from fpnet_core.sites.site import Link, LinkKind, NamedDoor, Site, Storey
 

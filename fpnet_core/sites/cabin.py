@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A lift whose doors are shut: walls near by on all sides, for a while.
+Detection of a closed lift cabin: walls nearby on all sides, for some time.
 
-A cabin moves without anything that a lidar sees, so where its doors open nobody knows before they
-do. The caller knows where lifts are; closets and lobbies look the same from within.
+A lidar cannot see the motion of a closed cabin, so the storey is unknown until the doors open. The
+caller checks for the position of a lift; closets and lobbies look the same from inside.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from numpy.typing import NDArray
 from fpnet_core.stamps import NS_PER_S
 
 CABIN_M = 3.0
-"""Physical: from one corner of a large lift to the other; nothing inside is further off."""
+"""Physical: diagonal of a large lift; nothing inside is further away."""
 
 _BAND_M = 0.5
-"""Physical: of height, above and below the sensor; neither floor nor ceiling is meant."""
+"""Physical: height above and below the sensor that is used; excludes floor and ceiling."""
 
 # Numerical:
-_SECTORS = 36  # in which one looks for an opening; a lift's doors take several of them
-_STRAY = 1  # sectors that noise or a mirror may reach into
+_SECTORS = 36  # azimuth sectors to search for an opening; a lift door covers several
+_STRAY = 1  # open sectors that are allowed for noise or a mirror
 # Chosen, not measured:
-_SEEN = 0.7  # share of the sectors that must be seen: who looks ahead only cannot tell
-_SHUT_S = 1.0  # for so long: doors that close; a ride takes several seconds
+_SEEN = 0.7  # least share of sectors with returns; a forward-looking sensor is not sufficient
+_SHUT_S = 1.0  # shortest time enclosed to count as closed; a ride takes several seconds
 
 
 def is_shut_in(points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]) -> bool:
     """
-    Tell whether a scan sees nothing that is further off than a lift's walls.
+    Return whether a scan has no returns further away than a lift's walls.
 
     Parameters
     ----------
     points : (P, 3) returns, sensor frame [m]
-    T_odom_sensor : (4, 4) its pose, for what is level
+    T_odom_sensor : (4, 4) its pose, to level the points
     """
     level = points @ T_odom_sensor[:3, :3].T.astype(np.float32)
     x, y, z = level.T
@@ -48,22 +48,22 @@ def is_shut_in(points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]) 
 
 
 class CabinWatch:
-    """Follows scans; knows whether the robot is shut in, and since when."""
+    """Tracks over scans whether the robot is in a closed cabin, and since when."""
 
     def __init__(self) -> None:
         self.is_shut = False
-        """Whether it has been shut in for a while."""
+        """Whether the robot has been enclosed for at least ``_SHUT_S``."""
         self._since_ns: int | None = None
 
     @property
     def is_shutting(self) -> bool:
-        """Whether the robot is shut in, be it for a moment."""
+        """Whether the robot is enclosed in the newest scan."""
         return self._since_ns is not None
 
     def follow(
         self, stamp_ns: int, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]
     ) -> bool:
-        """Take a scan; tell whether :attr:`is_shut` has changed with it."""
+        """Add a scan; return whether it changed :attr:`is_shut`."""
         before = self.is_shut
         if not is_shut_in(points, T_odom_sensor):
             self.forget()
@@ -74,5 +74,5 @@ class CabinWatch:
         return self.is_shut is not before
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Reset the state."""
         self.is_shut, self._since_ns = False, None

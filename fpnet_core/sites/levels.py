@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which level the name of a storey's drawing says, in the languages that plans are often in."""
+"""Level of a storey from the name of its drawing, in several languages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import logging
 import re
 
-# Given: words of a name, which is split at all but letters and digits.
+# Given: words for levels; names are split at all characters but letters and digits.
 _GROUND = (
     'eg', 'erdgeschoss', 'parterre', 'g', 'gf', 'ground', 'groundfloor', 'rdc', 'rez', 'bg',
     'begane', 'pb', 'terreno', 'terra', 'parter',
@@ -22,41 +22,41 @@ _ABOVE = (
     'story', 'piso', 'planta', 'piano', 'verdieping', 'ebene', 'geschoss',
 )  # fmt: skip
 _TOP = ('dg', 'dachgeschoss', 'roof', 'attic', 'dach', 'combles', 'zolder')
-# Given: numbers in words.
+# Given: number words.
 _NUMBERS = {
     'first': 1, 'second': 2, 'third': 3, 'fourth': 4, 'fifth': 5, 'erstes': 1, 'zweites': 2,
     'drittes': 3, 'premier': 1, 'deuxième': 2, 'troisième': 3, 'primo': 1, 'primer': 1,
 }  # fmt: skip
 _ENDINGS = ('st', 'nd', 'rd', 'th', 'er', 'e', 'ème', 'eme', 'de', 'te')
-_LETTERS = ('b', 'f', 'l')  # given: these take a number, or they only tell buildings apart
-_PART = re.compile(r'([^\W\d_]*)(\d*)')  # a word with the number that is written to it
+_LETTERS = ('b', 'f', 'l')  # given: levels only with a number; else they may name buildings
+_PART = re.compile(r'([^\W\d_]*)(\d*)')  # a word with a number directly after it
 
 _log = logging.getLogger(__name__)
 
 
 def levels_of(names: Sequence[str]) -> list[int]:
     """
-    Return the level of each of a building's storeys, 0 of the ground.
+    Return the level of each storey of a building; the ground floor is 0.
 
-    Those whose names say none come above all others, by the alphabet; one warning names them.
+    Names without a level are put above all others, alphabetically; one warning lists them.
     """
-    said = {name: _level(name) for name in names}
-    levels = {name: level for name, level in said.items() if isinstance(level, int)}
-    tops = sorted(name for name, level in said.items() if level == 'top')
-    unsaid = sorted(name for name, level in said.items() if level is None)
-    for name in (*unsaid, *tops):
+    parsed = {name: _level(name) for name in names}
+    levels = {name: level for name, level in parsed.items() if isinstance(level, int)}
+    tops = sorted(name for name, level in parsed.items() if level == 'top')
+    unknown = sorted(name for name, level in parsed.items() if level is None)
+    for name in (*unknown, *tops):
         levels[name] = max(levels.values(), default=-1) + 1
-    if unsaid and len(names) > 1:
+    if unknown and len(names) > 1:
         _log.warning(
-            'levels follow the alphabet where names say none: %s; number them, as UG1, EG, OG1, '
+            'ordered alphabetically, as the names give no level: %s; number them (UG1, EG, OG1), '
             'or write a site.yaml',
-            ', '.join(unsaid),
+            ', '.join(unknown),
         )
     return [levels[name] for name in names]
 
 
 def _level(name: str) -> int | str | None:
-    """Return the level that a name says, ``top`` of a roof; None where it says none."""
+    """Return the level in a name, ``top`` for a roof, or None."""
     parts = _parts(name)
     for place, (word, number) in enumerate(parts):
         if word in _TOP:
@@ -76,7 +76,7 @@ def _level(name: str) -> int | str | None:
 
 
 def _parts(name: str) -> list[tuple[str, int | None]]:
-    """Return words with the numbers that are written to them, and numbers without a word."""
+    """Return words with the numbers directly after them, and numbers with an empty word."""
     found: list[tuple[str, int | None]] = []
     for word, digits in _PART.findall(name.lower()):
         if word in _NUMBERS:

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Open-RMF buildings: ``*.building.yaml`` as its traffic editor writes them.
+Reader for Open-RMF buildings: ``*.building.yaml`` as written by its traffic editor.
 
-A level names its drawing and measures it: pairs of vertices with metres between them. Vertices,
-fiducials and lifts are in pixels of the drawing, x right and y down; a lift's are those of its
-reference floor. Fiducials of one name are one place on every level.
+A level has a drawing and measurements: pairs of vertices with their distance in metres. Vertices,
+fiducials and lifts are in pixels of the drawing, x right and y down; those of a lift refer to its
+reference floor. Fiducials with the same name are the same place on every level.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ from fpnet_core.sites.fields import (
 from fpnet_core.sites.site import Link, LinkKind, NamedDoor, Site, Storey
 
 _IN_PIXELS = ('', 'reference_image')  # given: coordinate systems whose units are pixels
-_FEWEST = 2  # physical: places that fix a plane's pose
+_FEWEST = 2  # physical: points that determine a planar pose
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class _Level:
-    """A storey, and its fiducials in its plan [m]."""
+    """A storey with its fiducials in its plan [m]; ``to_plan`` maps pixels (..., 2) to it."""
 
     storey: Storey
     fiducials: dict[str, Array]
@@ -66,16 +66,16 @@ def read_open_rmf(path: Path, config: FpnetConfig) -> Site:
     system = str(values.get('coordinate_system', ''))
     if system not in _IN_PIXELS:
         raise SiteError(
-            f'{path}: coordinate_system {system!r} has no drawings in pixels; write a site.yaml '
-            'with the plan of each storey'
+            f'{path}: coordinate_system {system!r} is not in pixels of the drawings; write a '
+            'site.yaml with the plan of each storey'
         )
-    told = as_mapping(values.get('levels'), f'{path}: levels')
+    spec = as_mapping(values.get('levels'), f'{path}: levels')
     levels = {
         name: _level(name, as_mapping(each, f'{path}: level {name!r}'), path, config)
-        for name, each in told.items()
+        for name, each in spec.items()
     }
     if not levels:
-        raise SiteError(f'{path}: it has no levels; draw at least one')
+        raise SiteError(f'{path}: there are no levels; draw at least one')
     reference = levels[_reference(values, levels, path)]
     lifts = as_mapping(values.get('lifts') or {}, f'{path}: lifts')
     name = as_text(values.get('name', path.name.removesuffix(RMF_SUFFIX)), f'{path}: name', 'it')
@@ -92,31 +92,31 @@ def _reference(values: dict[str, Any], levels: dict[str, _Level], path: Path) ->
     name = str(values.get('reference_level_name') or next(iter(levels)))
     if name not in levels:
         raise SiteError(
-            f'{path}: reference_level_name is {name!r}, which is no level; expected one of '
+            f'{path}: reference_level_name is {name!r}, which is not a level; expected one of '
             f'{", ".join(levels)}'
         )
     return name
 
 
-def _level(name: str, told: dict[str, Any], path: Path, config: FpnetConfig) -> _Level:
+def _level(name: str, spec: dict[str, Any], path: Path, config: FpnetConfig) -> _Level:
     where = f'{path}: level {name!r}'
-    drawing = as_mapping(told.get('drawing'), f'{where}: drawing')
+    drawing = as_mapping(spec.get('drawing'), f'{where}: drawing')
     file = as_text(drawing.get('filename'), f'{where}: drawing', 'filename: its image')
     try:
-        points = vertices_of(told)
-        lines = [(ends_of(door, points), told_of(door)) for door in told.get('doors') or []]
-        options = ReadOptions(metres_per_pixel(told, points))
+        points = vertices_of(spec)
+        lines = [(ends_of(door, points), told_of(door)) for door in spec.get('doors') or []]
+        options = ReadOptions(metres_per_pixel(spec, points))
         reading = read_plan(path.parent / file, options, config)
     except FpnetError as error:
         raise MapFormatError(f'level {name!r}: {error}') from None
     to_plan = _to_plan(reading)
-    fiducials = as_list(told.get('fiducials', []), f'{where}: fiducials')
+    fiducials = as_list(spec.get('fiducials', []), f'{where}: fiducials')
     placed = {
         str(each[2]): to_plan(np.array(as_numbers(each, 2, f'{where}: fiducial', '[x, y, name]')))
         for each in fiducials
         if isinstance(each, list) and len(each) > 2
     }
-    elevation = as_number(told.get('elevation', 0.0), f'{where}: elevation', 'metres')
+    elevation = as_number(spec.get('elevation', 0.0), f'{where}: elevation', 'metres')
     doors = tuple(NamedDoor(str(each.get('name') or ''), to_plan(ends)) for ends, each in lines)
     storey = Storey(name, reading, elevation_m=elevation, doors=doors)
     return _Level(storey, placed, to_plan)
@@ -127,7 +127,7 @@ def _to_plan(reading: Reading) -> Callable[[Array], Array]:
 
 
 def _placed(level: _Level, reference: _Level) -> Storey:
-    """Return the storey with its pose in the reference level's plan, by common fiducials."""
+    """Return the storey with its pose in the reference level's plan, from common fiducials."""
     common = sorted(level.fiducials.keys() & reference.fiducials.keys())
     T = None
     if level is reference:
@@ -141,7 +141,7 @@ def _placed(level: _Level, reference: _Level) -> Storey:
 
 
 def rigid_fit(here: Array, there: Array) -> SE2:
-    """Return the pose that takes points ``here (N, 2)`` to ``there`` with least squares."""
+    """Return the least-squares rigid transform from points ``here (N, 2)`` to ``there``."""
     middle, target = here.mean(axis=0), there.mean(axis=0)
     a, b = here - middle, there - target
     yaw = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
@@ -151,32 +151,32 @@ def rigid_fit(here: Array, there: Array) -> SE2:
 
 
 def _levelled(storeys: list[Storey]) -> tuple[Storey, ...]:
-    """Return storeys from the lowest up, with their levels."""
+    """Return the storeys sorted by elevation, with their levels."""
     ordered = sorted(storeys, key=lambda storey: storey.elevation_m or 0.0)
     return tuple(replace(storey, level=level) for level, storey in enumerate(ordered))
 
 
 def _lift(
     name: str,
-    told: dict[str, Any],
+    spec: dict[str, Any],
     levels: dict[str, _Level],
     poses: dict[str, SE2 | None],
     path: Path,
 ) -> Link:
-    """Return a lift where it is on every level it has doors on and whose pose is known."""
+    """Return a lift with its position on each level with a lift door and a known pose."""
     where = f'{path}: lift {name!r}'
-    floor = as_text(told.get('reference_floor_name'), where, 'reference_floor_name: a level')
-    for stop in (floor, *(told.get('level_doors') or {})):
+    floor = as_text(spec.get('reference_floor_name'), where, 'reference_floor_name: a level')
+    for stop in (floor, *(spec.get('level_doors') or {})):
         if stop not in levels:
             raise SiteError(
-                f'{where} stops at {stop!r}, which is no level; expected one of '
+                f'{where} stops at {stop!r}, which is not a level; expected one of '
                 f'{", ".join(levels)}'
             )
-    pixels = as_numbers([told.get('x'), told.get('y')], 2, where, 'x and y in pixels')
+    pixels = as_numbers([spec.get('x'), spec.get('y')], 2, where, 'x and y in pixels')
     there = levels[floor].to_plan(np.array(pixels))
     T_site_floor = poses[floor]
     at = {}
-    for stop in told.get('level_doors') or {}:
+    for stop in spec.get('level_doors') or {}:
         T_site_stop = poses[stop]
         if stop == floor:
             at[stop] = there

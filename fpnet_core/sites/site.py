@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A site: storeys of one or several buildings, and the lifts and stairs between them."""
+"""Data model of a site: storeys of one or more buildings, and lifts and stairs between them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fpnet_core.geometry import SE2
 
 
 class LinkKind(StrEnum):
-    """How one gets from storey to storey."""
+    """Type of a connection between storeys."""
 
     LIFT = 'lift'
     STAIRS = 'stairs'
@@ -27,7 +27,7 @@ class LinkKind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class NamedDoor:
-    """A door that has a name: ``ends (2, 2)`` of its opening in the storey's plan [m]."""
+    """A named door: ``ends (2, 2)`` of its opening in the storey's plan [m]."""
 
     name: str
     ends: NDArray[np.float64]
@@ -45,19 +45,19 @@ class Storey:
     Parameters
     ----------
     name
-        What it is called everywhere, unique in its site.
+        Name, unique in the site.
     plan
-        Its drawing, as it was read.
+        Its parsed drawing.
     building
-        The building's name; empty where the site is one building.
+        Name of the building; empty if the site is a single building.
     level
-        Storeys of a building from the lowest up, in any numbers.
+        Level number; larger is higher.
     elevation_m
-        Height of its floor; None where nobody says it.
+        Height of its floor; None if unknown.
     T_site_plan
-        From its plan to a frame that storeys of its building share; None: unknown.
+        Transform from its plan to a frame shared by storeys of the building; None if unknown.
     doors
-        Those that have names.
+        Named doors.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Storey:
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A lift or stairs: ``at`` are the names of storeys with ``(2,)`` in their plans [m]."""
+    """A lift or stairs: ``at`` maps names of storeys to positions ``(2,)`` in their plans [m]."""
 
     name: str
     kind: LinkKind
@@ -81,12 +81,12 @@ class Link:
 @dataclass(frozen=True, eq=False)
 class Site:
     """
-    Storeys and what links them.
+    Storeys and the links between them.
 
     Raises
     ------
     SiteError
-        If there is no storey, two have one name, or a link names one that is not there.
+        If there is no storey, two have the same name, or a link names an unknown storey.
     """
 
     name: str
@@ -94,14 +94,14 @@ class Site:
     links: tuple[Link, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        """Check that names are unique and links lead somewhere."""
+        """Check that names are unique and that links connect known storeys."""
         if not self.storeys:
-            raise SiteError(f'site {self.name}: it has no storey; name at least one')
+            raise SiteError(f'site {self.name}: there is no storey; add at least one')
         counts = Counter(self.names)
         if twice := [name for name, count in counts.items() if count > 1]:
             raise SiteError(
-                f'site {self.name}: {counts[twice[0]]} storeys are called {twice[0]!r}; give each '
-                'its own name, or name their buildings'
+                f'site {self.name}: {counts[twice[0]]} storeys are called {twice[0]!r}; use '
+                'unique names, or name their buildings'
             )
         for link in self.links:
             self._check(link)
@@ -111,12 +111,12 @@ class Site:
             if name not in self.names:
                 raise SiteError(
                     f'site {self.name}: {link.kind.value} {link.name!r} stops at {name!r}, which '
-                    f'is no storey; expected one of {", ".join(self.names)}'
+                    f'is not a storey; expected one of {", ".join(self.names)}'
                 )
         if len(link.at) < 2:
             raise SiteError(
                 f'site {self.name}: {link.kind.value} {link.name!r} stops at '
-                f'{len(link.at)} storey; a link joins two or more'
+                f'{len(link.at)} storey; a link needs two or more'
             )
 
     @property
@@ -131,7 +131,7 @@ class Site:
         Raises
         ------
         SiteError
-            If there is none.
+            If there is no such storey.
         """
         for storey in self.storeys:
             if storey.name == name:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sites from files: a YAML of storeys, a folder of floorplans, an Open-RMF building, one plan."""
+"""Reader for sites: a site YAML, a folder of floorplans, an Open-RMF building, or one plan."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from fpnet_core.sites.open_rmf import read_open_rmf
 from fpnet_core.sites.site import Link, LinkKind, Site, Storey
 
 SITE_NAMES = ('site.yaml', 'site.yml')
-"""Given: of the description in a site's folder."""
+"""Given: names of the description in a site's folder."""
 
 _KEYS = ('site', 'storeys', 'links')
 _STOREY_KEYS = (
@@ -52,20 +52,20 @@ def read_site(path: Path | str, config: FpnetConfig | None = None) -> Site:
     ----------
     path
         A YAML that lists storeys, an Open-RMF ``*.building.yaml``, a folder with either or with
-        one map_server YAML for each storey, or one floorplan, which is a site of one.
+        one map_server YAML for each storey, or one floorplan, which makes a site of one storey.
     config
-        How drawings are read; the defaults if None.
+        Configuration to parse drawings; None uses the defaults.
 
     Raises
     ------
     SiteError
-        If the description is malformed or contradicts itself.
+        If the description is malformed or inconsistent.
     MapFormatError
         If a storey's plan cannot be read; the message names the storey.
     """
     path, config = Path(path), config or FpnetConfig()
     if not path.exists():
-        raise SiteError(f'{path} does not exist; give a site.yaml, a folder, or a floorplan')
+        raise SiteError(f'{path} does not exist; pass a site.yaml, a folder, or a floorplan')
     if path.is_dir():
         path = _description_in(path)
     if path.is_dir():
@@ -79,20 +79,20 @@ def read_site(path: Path | str, config: FpnetConfig | None = None) -> Site:
 
 
 def _description_in(folder: Path) -> Path:
-    """Return what describes the site in a folder; the folder itself where nothing does."""
+    """Return the description of a site in a folder, or the folder if there is none."""
     named = [folder / name for name in SITE_NAMES if (folder / name).is_file()]
     found = named or sorted(folder.glob(f'*{RMF_SUFFIX}'))
     if len(found) > 1:
-        raise SiteError(f'{folder} holds {len(found)} descriptions of sites; name one of them')
+        raise SiteError(f'{folder} has {len(found)} site descriptions; pass one of them')
     return found[0] if found else folder
 
 
 def _of_maps(folder: Path, config: FpnetConfig) -> Site:
-    """Return the site of the map_server maps in a folder; their names say the levels."""
+    """Return the site of the map_server maps in a folder, with levels from their names."""
     found = map_yamls(sorted(folder.iterdir()))
     if not found:
         raise SiteError(
-            f'{folder} holds no site.yaml, *{RMF_SUFFIX} or map_server YAML; write one, or run '
+            f'{folder} has no site.yaml, *{RMF_SUFFIX} or map_server YAML; write one, or run '
             'fpnet plan on the storeys'
         )
     storeys = [
@@ -110,45 +110,45 @@ def _of_one(path: Path, config: FpnetConfig) -> Site:
 
 
 def _described(values: dict[str, Any], path: Path, config: FpnetConfig) -> Site:
-    """Return the site that our own YAML describes."""
+    """Return the site described by a site.yaml."""
     check_keys(values, _KEYS, str(path))
     listed = as_list(values.get('storeys'), f'{path}: storeys')
-    told = [_told(each, k, path) for k, each in enumerate(listed)]
-    prefix = len({each.get('building') for each in told}) > 1
-    storeys = tuple(_storey(each, k, path, config, prefix) for k, each in enumerate(told))
+    spec = [_checked_entry(each, k, path) for k, each in enumerate(listed)]
+    prefix = len({each.get('building') for each in spec}) > 1
+    storeys = tuple(_storey(each, k, path, config, prefix) for k, each in enumerate(spec))
     links = as_list(values.get('links', []), f'{path}: links')
     name = as_text(values.get('site', path.parent.resolve().name), f'{path}: site', 'a name')
     return Site(name, storeys, tuple(_link(each, k, path) for k, each in enumerate(links)))
 
 
-def _told(value: Any, number: int, path: Path) -> dict[str, Any]:
+def _checked_entry(value: Any, number: int, path: Path) -> dict[str, Any]:
     where = f'{path}: storey {number + 1}'
-    told = as_mapping(value, where)
-    check_keys(told, _STOREY_KEYS, where)
-    as_text(told.get('name'), where, 'name: what the storey is called')
-    as_text(told.get('plan'), where, 'plan: its drawing or map_server YAML')
-    return told
+    spec = as_mapping(value, where)
+    check_keys(spec, _STOREY_KEYS, where)
+    as_text(spec.get('name'), where, 'name: the name of the storey')
+    as_text(spec.get('plan'), where, 'plan: its drawing or map_server YAML')
+    return spec
 
 
 def _storey(
-    told: dict[str, Any], number: int, path: Path, config: FpnetConfig, has_prefix: bool
+    spec: dict[str, Any], number: int, path: Path, config: FpnetConfig, has_prefix: bool
 ) -> Storey:
-    name, building = str(told['name']), str(told.get('building', ''))
+    name, building = str(spec['name']), str(spec.get('building', ''))
     where = f'{path}: storey {name!r}'
-    elevation = told.get('elevation')
+    elevation = spec.get('elevation')
     return Storey(
         f'{building}/{name}' if has_prefix and building else name,
-        _plan(path.parent / str(told['plan']), _options(told, where), config, name,
-              is_mirrored=as_flag(told.get('mirrored', False), f'{where}: mirrored')),
+        _plan(path.parent / str(spec['plan']), _options(spec, where), config, name,
+              is_mirrored=as_flag(spec.get('mirrored', False), f'{where}: mirrored')),
         building,
-        as_whole(told.get('level', number), f'{where}: level'),
+        as_whole(spec.get('level', number), f'{where}: level'),
         None if elevation is None else as_number(elevation, f'{where}: elevation', 'metres'),
-        _pose(told['pose'], where) if 'pose' in told else None,
+        _pose(spec['pose'], where) if 'pose' in spec else None,
     )  # fmt: skip
 
 
-def _options(told: dict[str, Any], where: str) -> ReadOptions:
-    """Return what is said of a storey's drawing."""
+def _options(spec: dict[str, Any], where: str) -> ReadOptions:
+    """Return the options to read a storey's drawing."""
     forms: dict[str, Callable[[Any, str], Any]] = {
         'resolution': lambda value, at: as_number(value, at, 'metres per pixel'),
         'length': lambda value, at: as_numbers(value, 5, at, '[x1, y1, x2, y2, metres]'),
@@ -159,7 +159,7 @@ def _options(told: dict[str, Any], where: str) -> ReadOptions:
         'page': as_whole,
         'layers': lambda value, at: [as_text(each, at, 'names') for each in as_list(value, at)],
     }
-    read = {key: form(told[key], f'{where}: {key}') for key, form in forms.items() if key in told}
+    read = {key: form(spec[key], f'{where}: {key}') for key, form in forms.items() if key in spec}
     length, crop = (tuple(read[key]) if key in read else None for key in ('length', 'crop'))
     return ReadOptions(
         read.get('resolution'), length, crop, read.get('part'), read.get('page'),
@@ -175,7 +175,7 @@ def _pose(value: Any, where: str) -> SE2:
 def _plan(
     path: Path, options: ReadOptions, config: FpnetConfig, name: str, is_mirrored: bool = False
 ) -> Reading:
-    """Return a storey's drawing as it is read; errors name the storey."""
+    """Read a storey's drawing; errors name the storey."""
     try:
         if not path.exists():
             raise MapFormatError(f'{path} does not exist')
@@ -187,13 +187,13 @@ def _plan(
 
 def _link(value: Any, number: int, path: Path) -> Link:
     where = f'{path}: link {number + 1}'
-    told = as_mapping(value, where)
-    check_keys(told, _LINK_KEYS, where)
-    name = as_text(told.get('name', f'link {number + 1}'), where, 'name: what it is called')
-    kind = as_text(told.get('kind', 'lift'), where, 'kind: lift or stairs')
+    spec = as_mapping(value, where)
+    check_keys(spec, _LINK_KEYS, where)
+    name = as_text(spec.get('name', f'link {number + 1}'), where, 'name: the name of the link')
+    kind = as_text(spec.get('kind', 'lift'), where, 'kind: lift or stairs')
     if kind not in _kinds():
         raise SiteError(f'{where}: kind: expected {" or ".join(_kinds())}, got {kind!r}')
-    stops = as_mapping(told.get('at'), f'{where}: at')
+    stops = as_mapping(spec.get('at'), f'{where}: at')
     at = {
         storey: np.array(as_numbers(xy, 2, f'{where}: at {storey!r}', '[x, y] in metres'))
         for storey, xy in stops.items()

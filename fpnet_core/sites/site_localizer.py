@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The localizer on a site: it takes words on the level, and notices lifts and stairs."""
+"""Localizer for sites with several storeys: storey hints, and detection of lifts and stairs."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from fpnet_core.sites.storey_plans import (
 )
 from fpnet_core.types import LocalizerOutput
 
-_Standing = tuple[str, LocalizerOutput, NDArray[np.float64]]  # on a storey, at T_odom_sensor
+_Snapshot = tuple[str, LocalizerOutput, NDArray[np.float64]]  # storey, output, T_odom_sensor
 
 
 def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
     """
-    Return a localizer for floorplans and sites alike, with the learned matcher.
+    Return a localizer for floorplans and sites, with the learned matcher.
 
     Raises
     ------
@@ -44,11 +44,11 @@ def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
 
 class SiteLocalizer(Localizer):
     """
-    Finds the robot on one of a site's storeys; everything else is as of :class:`Localizer`.
+    Localizes the robot on one of a site's storeys; otherwise like :class:`Localizer`.
 
     Parameters
     ----------
-    config, matcher : as of :class:`Localizer`
+    config, matcher : as in :class:`Localizer`
     """
 
     def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
@@ -56,23 +56,23 @@ class SiteLocalizer(Localizer):
         self._config_of_plans = config
         self._site: Site | None = None
         self._ride, self._cabin = RideWatch(), CabinWatch()
-        self._entered: _Standing | None = None  # a lift whose doors may be shutting
-        self._left: _Standing | None = None
-        self._told: Mapping[str, float] | None = None  # of the storey, since the last was left
+        self._entered: _Snapshot | None = None  # state in a lift whose doors may be closing
+        self._left: _Snapshot | None = None
+        self._storey_hint: Mapping[str, float] | None = None  # hint since the last storey was left
 
     @property
     def site(self) -> Site | None:
-        """The site; None before the first."""
+        """The current site, or None."""
         return self._site
 
     def set_site(self, site: Site) -> None:
         """
-        Take a site, replacing all floorplans.
+        Set the site; it replaces all floorplans.
 
         Raises
         ------
         MapFormatError
-            If a storey's drawing holds no room; the old floorplans stay in force.
+            If a storey's drawing has no rooms; the old floorplans are kept.
         """
         self.set_storeys(storey_plans(site, self._config_of_plans))
         self._site = site
@@ -84,8 +84,8 @@ class SiteLocalizer(Localizer):
         stamp_ns: int,
         viewpoints: NDArray[np.float32] | None = None,
     ) -> None:
-        """Add a scan as :meth:`Localizer.add_scan`; who rides a lift or climbs begins anew."""
-        before = self._standing(T_odom_sensor)  # in a lift nothing looks as outside
+        """Add a scan as :meth:`Localizer.add_scan`; a change of storey starts a new submap."""
+        before = self._state_at(T_odom_sensor)  # the update may lose the pose inside a lift
         super().add_scan(points, T_odom_sensor, stamp_ns, viewpoints)
         if self._site is None or len(self._site.storeys) == 1:
             return
@@ -97,13 +97,13 @@ class SiteLocalizer(Localizer):
         if ride is None:
             return
         if not ride.is_over and not self._cabin.is_shut:
-            self._left, self._told = self._standing(T_odom_sensor), None
+            self._left, self._storey_hint = self._state_at(T_odom_sensor), None
         way = 'up' if ride.rise_m > 0.0 else 'down'
-        why = f'the robot has gone {way} by {abs(ride.rise_m):.1f} m'
+        why = f'the robot has moved {way} by {abs(ride.rise_m):.1f} m'
         self._leave(why, ride.rise_m if ride.is_over else None)
 
-    def _follow_cabin(self, stamp_ns: int, points: NDArray[np.float32], before: _Standing) -> None:
-        """End the claim ``before`` the scan where a lift shuts, and begin where it opens."""
+    def _follow_cabin(self, stamp_ns: int, points: NDArray[np.float32], before: _Snapshot) -> None:
+        """Leave the storey when a lift closes, from the state ``before``; restart as it opens."""
         if not self._cabin.is_shutting:
             if not self._is_at_lift(before):
                 return
@@ -111,84 +111,84 @@ class SiteLocalizer(Localizer):
         if not self._cabin.follow(stamp_ns, points, before[2]):
             return
         if self._cabin.is_shut:
-            self._left, self._told = self._entered, None
-            self._leave('the robot is in a lift that is shut', None)
+            self._left, self._storey_hint = self._entered, None
+            self._leave('the robot is in a closed lift', None)
         else:
             self._leave('the lift has opened', None)
 
-    def _is_at_lift(self, standing: _Standing) -> bool:
-        """Tell whether the claimed pose is where a lift stops."""
-        storey, output, T_odom_sensor = standing
+    def _is_at_lift(self, state: _Snapshot) -> bool:
+        """Return whether the accepted pose is at a lift."""
+        storey, output, T_odom_sensor = state
         site, pose = self._known_site(), output.pose(T_odom_sensor)
         if pose is None or storey not in site.names:
             return False
         stops = [link.at[storey] for link in site.linked(storey) if link.kind is LinkKind.LIFT]
         return any(np.linalg.norm(stop - pose.translation) <= CABIN_M for stop in stops)
 
-    def _standing(self, T_odom_sensor: NDArray[np.float64]) -> _Standing:
+    def _state_at(self, T_odom_sensor: NDArray[np.float64]) -> _Snapshot:
         return self.output.storey, self.output, np.array(T_odom_sensor)
 
     def tell_level(self, said: str) -> None:
         """
-        Take a word on the storey, as of a lift: its name or its level.
+        Apply a storey hint, for example from a lift: the storey's name or level.
 
-        A claim on another storey ends with it, and so does the submap.
+        If the robot is localized on another storey, that pose and the submap are dropped.
 
         Raises
         ------
         HintError
-            If there is no site, or no storey or several are called so.
+            If there is no site, or if not exactly one storey matches.
         """
         site = self._known_site()
         named, weights = storey_named(site, said), weights_of_level(site, said)
         output = self.output
-        self._told = weights
+        self._storey_hint = weights
         if output.A_plan_odom is None:
             self.suggest_storey(weights)
         elif output.storey != named.name:
-            self.leave_storey(weights, f'it is on storey {named.name} now')
+            self.leave_storey(weights, f'the robot is on storey {named.name} now')
 
     def tell_elevation(self, elevation_m: float) -> None:
         """
-        Take the height of the floor, as of a barometer, on the scale of the site's elevations.
+        Apply an elevation hint, for example from a barometer: height of the floor in the site [m].
 
         Raises
         ------
         HintError
-            If there is no site, the height is no number, or a storey's elevation is not known.
+            If there is no site, the height is not finite, or a storey's elevation is unknown.
         """
         weights = weights_of_elevation(self._known_site(), elevation_m)
-        output, self._told = self.output, weights
+        output, self._storey_hint = self.output, weights
         if output.A_plan_odom is None:
             self.suggest_storey(weights)
         elif weights[output.storey] < max(weights.values()):
-            self.leave_storey(weights, f'it is at {elevation_m:.1f} m now')
+            self.leave_storey(weights, f'the robot is at {elevation_m:.1f} m now')
 
     def _known_site(self) -> Site:
         if self._site is None:
-            raise HintError('there is no site whose storeys a word could be about')
+            raise HintError('storey hints need a site, and no site is loaded')
         return self._site
 
     def _leave(self, why: str, rise_m: float | None) -> None:
-        """End the submap; storeys that links lead to become more probable."""
+        """Drop the submap; raise the prior of storeys that links connect to the last one."""
         assert self._site is not None and self._left is not None  # noqa: PT018
         storey, output, T_odom_sensor = self._left
         if storey not in self._site.names or output.A_plan_odom is None:
             even = dict.fromkeys(self._site.names, 1.0)
-            self.leave_storey(self._told or even, why)
+            self.leave_storey(self._storey_hint or even, why)
             return
         pose = output.pose(T_odom_sensor)
         xy = None if pose is None else pose.translation
-        weights = self._told or weights_after_leaving(self._site, storey, xy, rise_m)
+        weights = self._storey_hint or weights_after_leaving(self._site, storey, xy, rise_m)
         starts = continued(self._site, storey, output.A_plan_odom)
         self.leave_storey(weights, why, starts)
 
 
 def continued(site: Site, left: str, A_plan_odom: Affine2D) -> Mapping[str, Affine2D]:
     """
-    Return where the robot would be on storeys whose plans lie on that of the one it left.
+    Return ``A_plan_odom`` for all storeys whose pose relative to the one left is known.
 
-    On that one it is where it was: doors open and close where nobody gets out.
+    The storey that was left is included: lift doors may close and open without a ride.
     """
     T_site_left = site.storey(left).T_site_plan
     placed = {left: A_plan_odom}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A site as the localizer takes it, and what is said of its storeys before looking."""
+"""Conversion of a site to the localizer's storeys, and storey priors from hints."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from fpnet_core.localizer.storeys import weights_of_word
 from fpnet_core.sites.site import LinkKind, Site, Storey
 
 _ELEVATION_SIGMA_M = 1.0
-"""Physical: barometers and odometry over a few storeys err by about this; storeys are 3 m."""
+"""Physical: error of barometers and of odometry over a few storeys; storeys are 3 m apart."""
 
 _RISE_SIGMA_M = 0.5
-"""Physical: what odometry that sees the ride, and stated elevations, err by in one ride."""
+"""Physical: error of odometry and of stated elevations over one ride."""
 
 _LEAST = 1e-3
-"""Chosen: a storey that nothing speaks for is as improbable, beside the best one."""
+"""Chosen: smallest weight of a storey, relative to the best one."""
 
 _BY_LINK = 0.9
-"""Chosen: probability that who leaves a storey takes a lift or stairs that the site knows."""
+"""Chosen: probability that a robot leaves a storey by a lift or stairs of the site."""
 
 _NEAR_M = 5.0
-"""Chosen: a link so far off is half as probable to be taken as one where the robot is."""
+"""Chosen: distance at which a link is half as probable as one at the robot's position."""
 
 
 def storey_plans(site: Site, config: FpnetConfig) -> list[StoreyPlan]:
-    """Return the storeys' drawings; the scale of those that state none is searched as unknown."""
+    """Return the storeys' plans; without a stated scale, the scale policy is ``unknown``."""
     is_set = 'scale_policy' in config.localizer.model_fields_set
     return [
         StoreyPlan(
@@ -48,12 +48,12 @@ def storey_plans(site: Site, config: FpnetConfig) -> list[StoreyPlan]:
 
 def storey_named(site: Site, said: str) -> Storey:
     """
-    Return the storey that a message means: by its name, its level or its elevation's place.
+    Return the storey that a message names: by its name, with or without building, or its level.
 
     Raises
     ------
     HintError
-        If no storey or more than one is called so.
+        If not exactly one storey matches.
     """
     said = said.strip()
     found = [s for s in site.storeys if said in (s.name, s.name.rpartition('/')[2])]
@@ -66,12 +66,12 @@ def storey_named(site: Site, said: str) -> Storey:
 
 def weights_of_level(site: Site, said: str) -> dict[str, float]:
     """
-    Return the storeys' weights where somebody, as a lift, has named one.
+    Return the storeys' weights after a hint that names one, for example from a lift.
 
     Raises
     ------
     HintError
-        If no storey or more than one is called so.
+        If not exactly one storey matches.
     """
     return weights_of_word(storey_named(site, said).name, site.names)
 
@@ -80,15 +80,15 @@ def weights_of_elevation(
     site: Site, elevation_m: float, sigma_m: float = _ELEVATION_SIGMA_M
 ) -> dict[str, float]:
     """
-    Return the storeys' weights where a barometer or odometry knows the height of the floor.
+    Return the storeys' weights for a height of the floor from a barometer or odometry.
 
     Raises
     ------
     HintError
-        If the height is no number, or a storey's elevation is not known.
+        If the height is not finite, or a storey's elevation is unknown.
     """
     if not np.isfinite(elevation_m):
-        raise HintError(f'an elevation of {elevation_m} m is no height; send one in metres')
+        raise HintError(f'an elevation of {elevation_m} m is not valid; send one in metres')
     if missing := [s.name for s in site.storeys if s.elevation_m is None]:
         raise HintError(f'storey {missing[0]!r} has no elevation; add it to the site')
     heights = np.array([s.elevation_m for s in site.storeys], dtype=np.float64)
@@ -106,14 +106,14 @@ def weights_after_leaving(
     """
     Return the storeys' weights for a robot that has left one.
 
-    Storeys that lifts and stairs lead to share most of it, those by the links that it was near.
+    Linked storeys share most of the weight; lifts and stairs near the robot count more.
 
     Parameters
     ----------
     site : the site
-    left : name of the storey; it stays possible: doors open and close where nobody gets out
-    xy : (2,) where the robot was in that storey's plan [m]; None: unknown
-    rise_m : how far it went up since [m]; None: unknown
+    left : name of the storey; it stays possible, as lift doors may close and open without a ride
+    xy : (2,) last position of the robot in that storey's plan [m]; None if unknown
+    rise_m : change of height since [m]; None if unknown
     """
     weights = dict.fromkeys(site.names, (1.0 - _BY_LINK) / len(site.storeys))
     links = site.linked(left)

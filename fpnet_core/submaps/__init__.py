@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Registered scans to a raster of free space, walls and lintels."""
+"""Submaps: registered scans as a raster of free space, walls and lintels."""
 
 from fpnet_core.submaps.builder import SubmapBuilder
 from fpnet_core.submaps.cloud import submap_from_cloud

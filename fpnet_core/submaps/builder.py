@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The one stateful object of this package: scans in, submaps out."""
+"""Stateful builder that turns scans into submaps."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from fpnet_core.types import Submap
 
 _PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
 
-# Numerical: robot positions that memory is reserved for at first; doubled when they are used up.
+# Numerical: initial capacity for robot positions; doubled when full.
 _PATH_BLOCK = 1024
-# Numerical: rays that begin nearer to one another, about a cell, begin in one place.
+# Numerical: rays whose origins are closer than this, about a cell, share one origin.
 _SAME_ORIGIN_M = 0.05
-# Numerical: fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
+# Numerical: fractional part of the golden ratio; its consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
 
 
@@ -35,8 +35,8 @@ class Carving:
     """
     A scan ready to be carved: rays from ``begins (P, 3)`` to ``cloud (P, 3)``, sensor frame [m].
 
-    They end at ``ends (P, 3)``, odom, returns where ``is_return (P,)``. ``is_body (P,)`` are those
-    at body height, as of ``bands``; None where there are no rays.
+    Rays end at ``ends (P, 3)``, odom; ``is_return (P,)`` marks ends that are returns, ``is_body
+    (P,)`` returns at body height according to ``bands``, which is None without rays.
     """
 
     pose: NDArray[np.float64]
@@ -54,13 +54,12 @@ class Carving:
 
 class SubmapBuilder:
     """
-    Accumulates registered scans into height-banded counts and hands out submaps.
+    Accumulator of registered scans in height-banded counts that yields submaps.
 
-    The submap frame is ``odom`` itself, which is gravity-aligned. A cell is free where rays
-    crossed it at body height or above the door's lintel, so that furniture does not hide the
-    floor below the crossing rays; occupied where returns at body height outnumber a share of
-    the crossings, which does not drift while the robot stands still; a lintel where high
-    returns lie over free space.
+    The submap frame is ``odom`` itself, which is gravity-aligned. A cell is free if rays crossed
+    it at body height or above door lintels, so furniture does not hide the floor below the rays.
+    It is occupied if returns at body height exceed a share of the crossings; this ratio is stable
+    while the robot stands still. It is a lintel if high returns lie over free space.
     """
 
     def __init__(self, config: SubmapConfig | None = None) -> None:
@@ -68,7 +67,7 @@ class SubmapBuilder:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything; the next submap has id 1 again."""
+        """Clear all state; the next submap has id 1 again."""
         self._raster = CountRaster(self._config)
         self._heights = HeightTracker(self._config)
         self._recent = RecentReturns()
@@ -89,28 +88,28 @@ class SubmapBuilder:
         """
         Carve one scan into the raster; state is unchanged when an error is raised.
 
-        As :meth:`look` and :meth:`add`, in one go.
+        Combines :meth:`look` and :meth:`add`.
 
         Parameters
         ----------
-        points : (P, 3) float32, sensor frame [m]; zero points only move the robot's path
+        points : (P, 3) float32, sensor frame [m]; an empty scan only extends the robot's path
         T_odom_sensor : (4, 4), rigid; tilt is allowed
         stamp_ns : sensor time
-        viewpoints : (P, 3), where each ray began, sensor frame [m]; None: in its origin
+        viewpoints : (P, 3), origin of each ray, sensor frame [m]; None: the frame's origin
 
         Raises
         ------
         CloudFormatError
             If a shape is wrong or a coordinate is not finite.
         OdometryError
-            If the pose is not a rigid transform or lies absurdly far from the start.
+            If the pose is not a rigid transform or is implausibly far from the start.
         """
         self.add(self.look(points, T_odom_sensor, viewpoints), stamp_ns)
 
     def look(
         self, points: ArrayLike, T_odom_sensor: ArrayLike, viewpoints: ArrayLike | None = None
     ) -> Carving:
-        """Return what a scan sees, as of :meth:`add_scan`; the submap stays without it."""
+        """Prepare a scan as in :meth:`add_scan`, without adding it to the submap."""
         cloud = _checked_points(points)
         begins = np.zeros_like(cloud) if viewpoints is None else _checked_points(viewpoints)
         if begins.shape != cloud.shape:
@@ -127,7 +126,7 @@ class SubmapBuilder:
         return Carving(pose, begins, ends, is_return, is_body, bands)
 
     def add(self, scan: Carving, stamp_ns: int) -> None:
-        """Carve what :meth:`look` has returned, seen at ``stamp_ns``."""
+        """Carve a scan prepared by :meth:`look`, measured at ``stamp_ns``."""
         if scan.bands is not None:
             self._carve(scan, scan.bands)
         self._extend_path(scan.pose[:2, 3])
@@ -140,7 +139,7 @@ class SubmapBuilder:
         return self._recent.unbent
 
     def take(self) -> Submap | None:
-        """Return the submap of everything so far; None where nothing came since the last one."""
+        """Return the submap of all scans; None without a new scan since the last call."""
         if self._scans == self._handed_out:
             return None
         self._handed_out = self._scans
@@ -163,7 +162,7 @@ class SubmapBuilder:
         )
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return everything that :meth:`restored` needs to go on, copied."""
+        """Return copies of all arrays that :meth:`restored` needs to continue."""
         return {
             **self._raster.arrays(),
             **self._heights.arrays(),
@@ -174,7 +173,7 @@ class SubmapBuilder:
     @classmethod
     def restored(cls, config: SubmapConfig, arrays: Mapping[str, NDArray[Any]]) -> Self:
         """
-        Return a builder that goes on where another one was; its next ``take`` has the submap.
+        Return a builder that continues from :meth:`arrays`; its next ``take`` returns the submap.
 
         Raises
         ------
@@ -211,14 +210,14 @@ class SubmapBuilder:
         self._recent.add(scan.body_xy, is_wall[scan.is_body], pose[:2, 3], yaw)
 
     def _subsample(self, rays: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return which rays to keep: not the near ones, an even, changing choice of the others."""
+        """Return indices of rays to keep: not too near, evenly sampled, varied by scan."""
         distance = np.einsum('ij,ij->i', rays, rays)
         far = np.flatnonzero(distance >= self._config.min_range_m**2)
         limit = self._config.max_rays
         if len(far) <= limit:
             return far
-        # One point per stratum, at a low-discrepancy place in it: a plain stride would pick
-        # the same few rings of a spinning lidar.
+        # One point per stratum, at a low-discrepancy place in it: a plain stride would pick the
+        # same few rings of a spinning lidar.
         place = np.mod((np.arange(limit) + self._scans * _GOLDEN**2) * _GOLDEN, 1.0)
         chosen = (np.arange(limit) + place) * (len(far) / limit)
         return np.asarray(far[np.minimum(chosen.astype(np.int64), len(far) - 1)])
@@ -249,7 +248,7 @@ class SubmapBuilder:
 def _origins(
     begins: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the few places (K, 3) where rays begin, and each ray's (P,)."""
+    """Return the distinct ray origins (K, 3), and the index of each ray's origin (P,)."""
     places = np.round(begins / _SAME_ORIGIN_M).astype(np.int64)
     if (places == places[0]).all():
         return begins[:1], np.zeros(len(begins), dtype=np.int64)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The hot loop: rays through the raster."""
+"""Compiled ray casting through the count raster."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Counts = NDArray[np.uint16]
 CROSSED, MID_HIT, HIGH_HIT, HIGH_CROSSED = 0, 1, 2, 3
 LAYERS = 4  # given
 
-# What so many rays pass at lintel height, and at most this share of those that get there end on,
-# is furniture. Chosen.
+# A cell crossed by at least this many rays at lintel height, with at most this share of returns
+# among them, is furniture. Chosen.
 _LOW_PASSES, _LOW_SHARE = 3, 0.2
 
-# Numerical: a cell's counts are halved when one of them gets here: uint16 never wraps, ratios
-# stay.
+# Numerical: a cell's counts are halved when one of them reaches this, so uint16 never wraps and
+# ratios stay.
 _SATURATION = 60000
 
 
@@ -72,9 +72,9 @@ def carve_rays(
     counts : (H, W, LAYERS) uint16
     origin : (3,) column, row [fractional cells, integers at cell corners] and z [m]
     ends : (P, 3), the same for the rays' ends; all inside the raster
-    is_return : (P,), False where the ray was cut at the maximum range
+    is_return : (P,), False if the ray was cut at the maximum range
     bands : body low, body high, high low, high high, ceiling [m]
-    end_margin : length before a return that is not counted as crossed [cells]
+    end_margin : length before a return that does not count as crossed [cells]
     """
     for i in range(ends.shape[0]):
         d_col, d_row = ends[i, 0] - origin[0], ends[i, 1] - origin[1]
@@ -126,12 +126,12 @@ def classify(
     lintel_min_hits: int,
 ) -> bool:
     """
-    Turn counts into cell values and the lintel mask, in place; tell whether anything was seen.
+    Convert counts to cell values and the lintel mask, in place; return whether any is not zero.
 
-    A wall is where returns are at least ``wall_share`` of returns and crossings, unless rays at
-    lintel height pass over it: furniture is lower than walls. A lintel lies
-    over free space, and holds back at least ``lintel_share`` of the rays that reach it at its
-    height: high returns that most rays pass are noise on the face of a wall, or clutter.
+    A wall has a share of at least ``wall_share`` returns among returns and crossings, unless rays
+    cross it at lintel height: furniture is lower than walls. A lintel lies over free space and
+    returns at least ``lintel_share`` of the rays at its height. High returns that most rays pass
+    are noise on the face of a wall, or clutter.
 
     Parameters
     ----------

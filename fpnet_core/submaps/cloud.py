@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A finished point-cloud map, without the poses it was seen from, as a submap."""
+"""Submap of a finished point-cloud map without sensor poses."""
 
 from __future__ import annotations
 
@@ -25,42 +25,42 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 _log = logging.getLogger(__name__)
 
-_BIN_M = 0.1  # numerical: heights at which a column is filled or not
+_BIN_M = 0.1  # numerical: height bins of a column
 # Chosen, not measured:
-_FLOOR_M = 0.12  # floor returns scatter by so much
-_CEILING_M = 0.2  # ceiling returns scatter by so much, beams included
-_GAP_M = 0.3  # gaps between floor or ceiling returns up to this are free, too
-_SPACING_POINTS = 50_000  # numerical: points in the middle, whose spacing is measured
-_SPARE = 1.1  # numerical: so many voxels of a thinned cloud hold a point of its surface for sure
-_MIN_BODY_BINS = 2  # at body height, a column filled in fewer bins holds noise
-_TALL_BINS = 2  # above body height a wall fills as many bins, in its column or beside it
-_TALL_SHARE = 0.25  # of obstacles go higher, or else nothing above body height was seen
-_CEILED_SHARE = 0.5  # of the floor lies below ceiling where the whole building has one
-_INDOORS_SHARE = 0.25  # of a piece of floor lies below ceiling where it is inside
+_FLOOR_M = 0.12  # scatter of floor returns
+_CEILING_M = 0.2  # scatter of ceiling returns, beams included
+_GAP_M = 0.3  # gaps between floor or ceiling returns up to this are free as well
+_SPACING_POINTS = 50_000  # numerical: number of central points whose spacing is measured
+_SPACING_MARGIN = 1.1  # numerical: factor within which a surface surely has a neighbouring point
+_MIN_BODY_BINS = 2  # a column with fewer filled bins at body height holds noise
+_TALL_BINS = 2  # a wall fills this many bins above body height, in its column or an adjacent one
+_TALL_SHARE = 0.25  # if fewer obstacles than this reach higher, nothing above body height was seen
+_CEILED_SHARE = 0.5  # least share of floor below ceiling in a building with ceilings
+_INDOORS_SHARE = 0.25  # least share of an indoor floor component below ceiling
 
 
 def submap_from_cloud(
     points: NDArray[np.float64], config: SubmapConfig, storey: int | None = None
 ) -> Submap:
     """
-    Rasterise a gravity-aligned cloud: free is what lies between floor and ceiling.
+    Rasterise a gravity-aligned cloud: the space between floor and ceiling is free.
 
-    Without sensor poses no ray can carve free space. A place is free where floor or ceiling was
-    seen and nothing is in between at body height, but for what does not reach up to a lintel:
-    that is furniture. Returns at lintel height over seen floor are lintels. What lies apart from
-    the building is dropped, and so is ground without a ceiling where the building has one. Cells
-    between neighbours of a cloud that was thinned to larger voxels are seen as they are.
+    Without sensor poses, rays cannot carve free space. A cell is free if floor or ceiling was seen
+    and it has no points at body height, apart from furniture, which is lower than lintels. Returns
+    at lintel height over seen floor are lintels. Parts away from the building are dropped, and so
+    is ground without a ceiling if the building has one. In a cloud thinned to larger voxels, cells
+    between neighbouring points count as seen.
 
     Parameters
     ----------
     points : (P, 3) finite, z up, metres
     config : resolution and height bands
-    storey : which one, the lowest is 1; None: the largest
+    storey : number of the storey, the lowest is 1; None: the largest
 
     Raises
     ------
     CloudFormatError
-        If there are no points, no floor, no such storey, or the cloud spans an absurd area.
+        If there are no points, no floor, no such storey, or the cloud spans too large an area.
     """
     if len(points) == 0:
         raise CloudFormatError('the cloud holds no points')
@@ -76,8 +76,8 @@ def _chosen(storeys: tuple[StoreyHeights, ...], number: int | None) -> StoreyHei
         largest = max(storeys, key=lambda storey: storey.area_m2)
         if len(storeys) > 1:
             _log.warning(
-                'the cloud shows %d storeys; storey %d, the largest, is taken; for another give '
-                'fpnet segment --storey N, fpnet match --submap-storey N',
+                'the cloud shows %d storeys; using storey %d, the largest; for another, pass '
+                '--storey N to fpnet segment or --submap-storey N to fpnet match',
                 len(storeys),
                 storeys.index(largest) + 1,
             )
@@ -92,9 +92,9 @@ def _chosen(storeys: tuple[StoreyHeights, ...], number: int | None) -> StoreyHei
 @dataclass(frozen=True, eq=False)
 class _Columns:
     """
-    Points by cell ``(P,)`` of a raster of ``shape``, and by height above the floor [m].
+    Cell of each point ``(P,)`` in a raster of ``shape``, and height above the floor [m].
 
-    Neighbours are up to ``apart`` cells and ``bin_m`` apart.
+    Neighbouring points are up to ``apart`` cells and ``bin_m`` apart.
     """
 
     cell: NDArray[np.int64]
@@ -111,7 +111,7 @@ class _Columns:
         return cells if self.apart < 2 else closed(cells, self.apart)
 
     def filled(self, low_m: float, high_m: float) -> NDArray[np.uint8]:
-        """Return how many bins between two heights hold points, by cell (H, W)."""
+        """Return the number of bins with points between two heights, by cell (H, W)."""
         bins = np.arange(low_m, high_m - 0.5 * self.bin_m, self.bin_m)
         return sum(
             (self.seen(low, low + self.bin_m).astype(np.uint8) for low in bins.tolist()),
@@ -126,7 +126,7 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
     col_row = np.floor(own[:, :2] / config.resolution_m).astype(np.int64) - corner
     cols, rows = (col_row.max(axis=0) + 1).tolist()
     check_extent(np.array([cols, rows]) * config.resolution_m, config.resolution_m)
-    apart_m = _SPARE * _spacing_m(own)
+    apart_m = _SPACING_MARGIN * _spacing_m(own)
     columns = _Columns(
         col_row[:, 1] * cols + col_row[:, 0],
         own[:, 2] - level.floor_m,
@@ -134,7 +134,7 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
         math.ceil(apart_m / config.resolution_m),
         max(_BIN_M, apart_m),
     )
-    free, wall, lintel = _told_apart(columns, level, config)
+    free, wall, lintel = _classified(columns, level, config)
     cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
     cells[free], cells[wall] = FREE, OCCUPIED
     x, y = (corner * config.resolution_m).tolist()
@@ -143,17 +143,17 @@ def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: Subma
 
 
 def _spacing_m(points: NDArray[np.float64]) -> float:
-    """Return how far neighbours are apart: the edge of the voxels that a cloud was thinned to."""
+    """Return the median spacing of points: the voxel edge of a thinned cloud."""
     away = np.abs(points - np.median(points, axis=0)).max(axis=1)
     count = min(_SPACING_POINTS, len(points))
     near = points[np.argpartition(away, count - 1)[:count]]
     return float(np.median(cKDTree(near).query(near, k=2)[0][:, 1])) if count > 1 else 0.0
 
 
-def _told_apart(
+def _classified(
     columns: _Columns, level: StoreyHeights, config: SubmapConfig
 ) -> tuple[Mask, Mask, Mask]:
-    """Return what is free, wall and lintel (H, W)."""
+    """Return masks of free space, walls and lintels (H, W)."""
     ceiling = np.inf if level.ceiling_m is None else level.ceiling_m - level.floor_m
     top = min(LINTEL_TOP_M, ceiling - _CEILING_M)
     floor = columns.seen(-_FLOOR_M, _FLOOR_M)
@@ -163,7 +163,7 @@ def _told_apart(
     obstacle = body >= _MIN_BODY_BINS
     tall = _box_max(high) >= _TALL_BINS
     if np.count_nonzero(obstacle & tall) < _TALL_SHARE * np.count_nonzero(obstacle):
-        tall[:] = True  # nobody looked up: all that stands may be a wall
+        tall[:] = True  # nothing higher was seen: every obstacle may be a wall
     # Where furniture hides a wall's lower part and the floor, its upper part is the wall.
     wall = tall & (obstacle | ((high >= _TALL_BINS) & ~grown(floor, 1)))
     seen = floor | roofed | (body > 0)
@@ -176,7 +176,7 @@ def _told_apart(
 
 
 def _box_max(values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the largest value (H, W) in each cell and those around it."""
+    """Return the largest value (H, W) in each cell and its eight neighbours."""
     return np.asarray(cv2.dilate(values, np.ones((3, 3), np.uint8)))
 
 
@@ -184,8 +184,8 @@ def _blind_spots(free: Mask, wall: Mask) -> Mask:
     """
     Return the unseen holes (H, W) in free space that no wall touches.
 
-    Scanners see neither what they stand on nor what is straight above; whatever stood in the hole
-    would have been seen.
+    A scanner sees neither the floor below it nor the ceiling straight above. An obstacle in such a
+    hole would have been seen.
     """
     pieces, figures = pieces_of(~free & ~wall)
     is_hole = np.ones(len(figures), dtype=np.bool_)
@@ -196,7 +196,7 @@ def _blind_spots(free: Mask, wall: Mask) -> Mask:
 
 
 def _indoors(free: Mask, roofed: Mask) -> Mask:
-    """Return the pieces of ``free`` (H, W) that lie below a ceiling."""
+    """Return the components of ``free`` (H, W) that lie below a ceiling."""
     pieces, figures = pieces_of(free, connectivity=4)
     covered = np.bincount(pieces[roofed & free], minlength=len(figures))
     is_inside = covered >= _INDOORS_SHARE * figures[:, -1]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floor and ceiling from the returns' heights, and the bands in between."""
+"""Estimate of floor and ceiling heights from returns, and the height bands in between."""
 
 from __future__ import annotations
 
@@ -13,43 +13,44 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SubmapConfig
 
-# Physical: lowest lintel above the floor, a low door; higher returns may be one.
+# Physical: lowest lintel above the floor, a low door; higher returns may be a lintel.
 LINTEL_HEIGHT_M = 1.95
-LINTEL_TOP_M = 2.45  # physical: highest lintel; returns above say nothing about one
-# Rays above prove no free space: high walls are uneven; fitted to tune drives (notes/submaps.md).
+LINTEL_TOP_M = 2.45  # physical: highest lintel; higher returns are no lintels
+# Higher rays prove no free space: high walls are uneven; fitted to development recordings
+# (notes/submaps.md).
 _CARVE_TOP_M = 3.0
 
 # Numerical: histogram of heights relative to the sensor: bin edge and reach [m].
 _BIN_M = 0.05
 _REACH_M = 6.0  # numerical
 # Chosen, not measured:
-# Older scans lose weight by this factor per scan, so that the floor follows drift in z.
+# Decay of older scans' weight per scan, so that the floor follows drift in z.
 _DECAY = 0.98
-# A floor or ceiling is a bin (with its neighbours) of at least this share of all returns, and
-# holds so many times as many as the walls some way above or below it [bins].
+# A floor or ceiling is a bin (with its neighbours) that holds at least this share of all returns,
+# and this many times the mean of the wall bins above or below it [bins].
 _PLANE_SHARE, _STANDS_OUT = 0.03, 1.5
 _WALL_BINS = range(5, 11)
-# Where the floor is out of view, a part of the walls may look like one: a floor so much nearer to
-# the sensor than the one known [m] has to hold a larger share, as floors near by do, and there is
+# With the floor out of view, part of the walls may look like one. A floor that is nearer to the
+# sensor than the known one by this much [m] must hold this larger share, as nearby floors do, with
 # at most this share of all returns below it.
 _NEARER_M, _NEARER_SHARE, _BELOW_SHARE = 0.3, 0.15, 0.02
 _BELOW_BINS = 4
 # Returns within this height of the sensor are never floor or ceiling [m].
 _CLEAR_OF_SENSOR_M = 0.2
-# A scan is planar where its returns' elevation angles spread less than this [rad].
+# A scan is planar if its returns' elevation angles spread less than this [rad].
 _PLANAR_SPREAD_RAD = math.radians(1.0)
-# Returns and rays nearer to the ceiling than this say nothing about lintels [m].
+# Returns and rays nearer to the ceiling than this are not used for lintels [m].
 _CEILING_MARGIN_M = 0.15
 
 
 @dataclass(frozen=True)
 class HeightBands:
     """
-    Heights in the odometry frame that decide what a ray or return means [m].
+    Height limits in the odometry frame that classify rays and returns [m].
 
     ``body_low..body_high``: returns are walls or furniture, rays prove free space;
-    ``high_low..high_high``: returns over free space are lintels; ``high_low..ceiling``: rays
-    prove free space as well.
+    ``high_low..high_high``: returns over free space are lintels; ``high_low..ceiling``: rays prove
+    free space as well.
     """
 
     body_low: float
@@ -70,7 +71,7 @@ class HeightBands:
 
 
 class HeightTracker:
-    """Follows floor and ceiling through a recency-weighted histogram of return heights."""
+    """Tracker of floor and ceiling in a recency-weighted histogram of return heights."""
 
     def __init__(self, config: SubmapConfig) -> None:
         self._config = config
@@ -82,11 +83,11 @@ class HeightTracker:
         self, points: NDArray[np.float64], heights: NDArray[np.float64], sensor_z_m: float
     ) -> HeightBands:
         """
-        Take in one scan and return the bands to use for it.
+        Add one scan and return the bands to use for it.
 
-        ``points (P, 3)`` in the sensor frame tell planar scanners; ``heights (P,)`` are their
-        z in odom and ``sensor_z_m`` is the sensor's. Without a visible floor the sensor is as
-        high above it as last time, at first as configured.
+        ``points (P, 3)`` in the sensor frame identify planar scanners; ``heights (P,)`` are their
+        z in odom and ``sensor_z_m`` is the sensor's. Without a visible floor the last height of
+        the sensor above it is kept, initially the configured one.
         """
         elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
         if np.ptp(elevation) < _PLANAR_SPREAD_RAD:
@@ -101,7 +102,7 @@ class HeightTracker:
         return self._bands(sensor_z_m)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the histogram, and its lowest height (NaN: no scan) and the sensor's [m]."""
+        """Return the histogram, its lowest height (NaN: no scan) and the sensor's height [m]."""
         base_m = math.nan if self._base_m is None else self._base_m
         return {
             'histogram': self._counts.copy(),
@@ -145,7 +146,7 @@ class HeightTracker:
         config = self._config
         smooth = np.convolve(self._counts, np.ones(3), mode='same')
         centre = self._base_m + (np.arange(len(smooth)) + 0.5) * _BIN_M
-        # Returns more than _BELOW_BINS below each bin; none below the lowest.
+        # Number of returns more than _BELOW_BINS below each bin; zero for the lowest bins.
         deeper = np.roll(np.cumsum(self._counts), _BELOW_BINS)
         deeper[:_BELOW_BINS] = 0.0
         nearer = centre > sensor_z_m - self._sensor_height_m + _NEARER_M
@@ -171,7 +172,7 @@ class HeightTracker:
 
 def floor_and_ceiling(heights: NDArray[np.float64]) -> tuple[float | None, float | None]:
     """
-    Return the lowest plane below the sensor and the highest above it; None where none is seen.
+    Return the lowest plane below the sensor and the highest above it; None if not seen.
 
     Parameters
     ----------
@@ -192,9 +193,9 @@ def floor_and_ceiling(heights: NDArray[np.float64]) -> tuple[float | None, float
 
 def _planes(smooth: NDArray[np.float64], share: NDArray[np.float64] | float) -> NDArray[np.bool_]:
     """
-    Tell which bins hold a horizontal plane with walls above it; of no returns none does.
+    Return which bins hold a horizontal plane that exceeds the walls above it.
 
-    Walls fill all heights that the sensor sees evenly: the lowest return is no floor.
+    Walls fill all visible heights evenly, so the lowest return is no floor. Empty bins are none.
     """
     beside = [np.roll(smooth, -step) for step in _WALL_BINS]
     least = np.maximum(share * smooth.sum() / 3.0, _STANDS_OUT * np.mean(beside, axis=0))

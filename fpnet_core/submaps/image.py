@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A finished robot map as a submap."""
+"""Submap of a finished occupancy grid."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A raster of ray counts that grows by need and classifies only what changed."""
+"""Raster of ray counts that grows on demand and reclassifies only changed cells."""
 
 from __future__ import annotations
 
@@ -16,27 +16,29 @@ from fpnet_core.submaps.carving import LAYERS, carve_rays, classify
 from fpnet_core.submaps.heights import HeightBands
 from fpnet_core.types import UNKNOWN, GridMap
 
-# High returns that make a lintel cell; fitted to tune drives (notes/submaps.md).
+# High returns that make a lintel cell; fitted to development recordings (notes/submaps.md).
 LINTEL_MIN_HITS = 2
-# Returns among rays at its height that make a lintel; fitted to tune drives (notes/submaps.md).
+# Least share of returns among rays at its height in a lintel; fitted to development recordings
+# (notes/submaps.md).
 LINTEL_SHARE = 0.5
-# Returns among returns and crossings that make a wall; fitted to tune drives (notes/submaps.md).
+# Least share of returns among returns and crossings in a wall; fitted to development recordings
+# (notes/submaps.md).
 WALL_SHARE = 0.2
-# Last stretch before a return that proves no free space; fitted to tune drives (notes/submaps.md).
+# Last stretch before a return that proves no free space; fitted to development recordings
+# (notes/submaps.md).
 END_MARGIN_M = 0.2
 MAX_EXTENT_M = 400.0  # physical: no storey is longer; the odometry has diverged
 
-# Numerical: the raster grows by whole margins, so that growth is rare [cells].
+# Numerical: margin by which the raster grows, so that growth is rare [cells].
 _MARGIN_CELLS = 128
 
 
 class CountRaster:
     """
-    Counts of crossings and returns per cell, and the cell values that follow from them.
+    Counts of crossings and returns per cell, and the cell values derived from them.
 
-    Memory is that of the bounding box of everything in range of the path, which
-    ``MAX_EXTENT_M`` limits; rays are cut at ``max_range_m`` before they get here, so that
-    outliers do not stretch it.
+    Memory covers the bounding box of everything in range of the path; ``MAX_EXTENT_M`` limits it.
+    Callers cut rays at ``max_range_m``, so outliers do not enlarge the box.
     """
 
     def __init__(self, config: SubmapConfig) -> None:
@@ -56,7 +58,7 @@ class CountRaster:
         Raises
         ------
         OdometryError
-            If the raster would exceed ``MAX_EXTENT_M``; nothing has changed.
+            If the raster would exceed ``MAX_EXTENT_M``; the state is unchanged.
         """
         corners = np.stack([ends.min(axis=0), ends.max(axis=0), origin])[:, :2]
         cells = np.floor(corners / self._config.resolution_m).astype(np.int64)
@@ -73,10 +75,10 @@ class CountRaster:
         bands: HeightBands,
     ) -> None:
         """
-        Count rays that room was reserved for.
+        Count rays after :meth:`reserve` has made room for them.
 
-        ``is_return (P,)`` is False where a ray was cut at the maximum range; ``bands`` are the
-        heights that decide what a ray or return means.
+        ``is_return (P,)`` is False for rays cut at the maximum range; ``bands`` are the heights
+        that classify rays and returns.
         """
         resolution = self._config.resolution_m
         scale = np.array([resolution, resolution, 1.0])
@@ -92,7 +94,7 @@ class CountRaster:
         )
 
     def read(self) -> tuple[GridMap, NDArray[np.bool_]] | None:
-        """Return the grid of everything seen and its lintel mask; None before the first mark."""
+        """Return the grid of everything seen and its lintel mask; None before the first count."""
         if not self._changed.is_empty:
             window = self._changed.window(self._corner)
             self._is_marked |= classify(
@@ -123,12 +125,12 @@ class CountRaster:
         cls, config: SubmapConfig, counts: NDArray[np.uint16], corner: NDArray[np.int64]
     ) -> Self:
         """
-        Return a raster that continues from what :meth:`arrays` gave; it is classified anew.
+        Return a raster that continues from :meth:`arrays`; its cells are classified again.
 
         Raises
         ------
         ValueError
-            If shapes or types are others.
+            If a shape or type is wrong.
         OdometryError
             If the raster exceeds ``MAX_EXTENT_M``.
         """
@@ -146,7 +148,7 @@ class CountRaster:
         return raster
 
     def _cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
-        """Grow the raster until it holds cells ``low`` to ``high`` [column, row]."""
+        """Grow the raster until it contains cells ``low`` to ``high`` [column, row]."""
         shape = np.array(self._cells.shape[::-1])
         end = self._corner + shape
         if shape.all():
@@ -179,7 +181,7 @@ class CountRaster:
 
 
 class _Box:
-    """The bounding box of cells [column, row], ``high`` excluded."""
+    """Bounding box of cells [column, row], ``high`` excluded."""
 
     def __init__(self) -> None:
         self.low = np.zeros(2, dtype=np.int64)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What was seen over the last metres of the path: the part of a submap that no drift has bent."""
+"""Returns over the last metres of the path: the part of a submap too recent for odometry drift."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-# Numerical: a scan is kept when the robot has moved or turned so far since the last kept one.
+# Numerical: a scan is kept after this much translation or rotation since the last kept one.
 _STEP_M, _STEP_RAD = 0.25, 0.25
 _SCANS = 24  # numerical
 RECENT_M = _STEP_M * _SCANS
-"""Numerical: the path over which recent returns were seen; less where the robot turns."""
+"""Numerical: length of the path that recent returns cover; shorter where the robot turns."""
 
-_UNBENT = 8  # numerical: scans over so little of the path that no drift has bent what they saw
-# Numerical: the newest scans, of which a scanner that does not repeat itself needs more than one.
+_UNBENT = 8  # numerical: kept scans over so short a path that drift has not deformed them
+# Numerical: number of newest scans; a non-repetitive scanner needs more than one.
 _NEWEST = 3
-# Numerical: so many returns of a scan are kept, and one in each square of this edge is handed out.
+# Numerical: number of returns kept per scan, and edge of the squares that output one return each.
 _RETURNS = 400
 _SPACING_M = 0.1  # numerical
-_SECTOR_RAD = 0.005  # numerical: returns in so narrow a sector lie in one direction
-_BEHIND_M = 0.5  # physical: the depth of a wall in a sector, seen at a slant 10 m along a corridor
+_SECTOR_RAD = 0.005  # numerical: returns within a sector this narrow share one direction
+_BEHIND_M = 0.5  # physical: depth range of a wall in a sector, at a slant 10 m down a corridor
 
 
 class RecentReturns:
-    """Returns at body height of the last scans, one in some decimetres of path."""
+    """Returns at body height of the last scans, kept every few decimetres of path."""
 
     def __init__(self) -> None:
         self._scans: deque[NDArray[np.float64]] = deque(maxlen=_SCANS)
@@ -35,7 +35,7 @@ class RecentReturns:
         self._place = np.full(2, np.inf)
         self._yaw = 0.0
         self.unbent: NDArray[np.float64] = np.zeros((0, 2))
-        """Returns of the last few kept scans ``(P, 2)`` [m]; the same until one is kept."""
+        """Returns of the last few kept scans ``(P, 2)`` [m]; replaced when a scan is kept."""
 
     def add(
         self,
@@ -45,9 +45,9 @@ class RecentReturns:
         yaw: float,
     ) -> None:
         """
-        Take in the returns ``(P, 2)`` of a scan from ``xy (2,)``, all in one frame [m].
+        Add the returns ``(P, 2)`` of a scan from ``xy (2,)``, all in one frame [m].
 
-        ``is_wall (P,)`` tells behind which of them nothing was seen.
+        ``is_wall (P,)`` marks returns with nothing seen behind them.
         """
         chosen = np.linspace(0, len(returns) - 1, min(_RETURNS, len(returns))).astype(np.int64)
         self._newest.append(returns[chosen])
@@ -74,16 +74,16 @@ class RecentReturns:
         return np.concatenate([np.zeros((0, 2)), *self._newest])
 
     def newest_walls(self) -> NDArray[np.float64]:
-        """Return those of the newest ``(P, 2)`` behind which nothing was seen [m]."""
+        """Return the newest returns ``(P, 2)`` with nothing seen behind them [m]."""
         return np.concatenate([np.zeros((0, 2)), *self._walls])
 
 
 def is_last_seen(rays: NDArray[np.float64]) -> NDArray[np.bool_]:
     """
-    Return behind which returns of one scan nothing was seen, at whatever height, ``(P,)``.
+    Return which returns of one scan have nothing seen behind them at any height, ``(P,)``.
 
-    A wall hides what is behind it; over a cabinet and under a table the room goes on.
-    ``rays (P, 2)`` go from where the scan was taken to its returns [m].
+    A wall occludes everything behind it; over a cabinet and under a table the sensor sees more of
+    the room. ``rays (P, 2)`` go from the scan's origin to its returns [m].
     """
     reach = np.hypot(*rays.T)
     sector = np.floor(np.arctan2(rays[:, 1], rays[:, 0]) / _SECTOR_RAD).astype(np.int64)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Storeys of a finished cloud: its level layers on which walls stand."""
+"""Detection of storeys in a finished cloud: horizontal layers on which walls stand."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from fpnet_core.raster.pieces import pieces_of
 
 Array = NDArray[np.float64]
 
-# Numerical: storeys are looked for in columns of this edge and layers of this height [m].
+# Numerical: edge of the columns and height of the layers in which storeys are searched for [m].
 _COLUMN_M, _LAYER_M = 0.2, 0.05
-_BLOCK_M = 1.0  # numerical: strays are told by columns of this edge [m]
+_BLOCK_M = 1.0  # numerical: edge of the blocks in which strays are detected [m]
 # Chosen, not measured:
-_STRAY_SHARE = 0.03  # blocks with a smaller share of a usual block's points are strays
-_APART_BLOCKS = 1  # blocks this near to one another belong together
-_PART_SHARE = 0.05  # of the largest part's blocks, below which a part is not the building
-_PLANE_SHARE = 0.12  # of the largest layer's ground, from which on a layer is a floor or ceiling
-_SAME_PLANE_M = 0.2  # layers nearer than this are one
-_STANDS_OUT = 1.3  # a floor covers so many times as much ground as the layers just above it
-_HEADROOM_M = (0.15, 1.9)  # above a floor, where no other one hides it
-_BELOW = 0.7  # of a ceiling lies below the next floor, of a floor below tables less is seen
-_JUST_ABOVE_M = (0.15, 0.6)  # a floor, where walls begin
-_STANDING_M = (0.5, 1.7)  # above a floor, where walls are
-_LEAST_WALLS = 0.02  # of a floor's ground; a roof has none above
-_EMPTY = 0.1  # of the usual layer; one with fewer walls is empty
-_WALLS_BEGIN = 0.7  # of what stands on a floor begins just above it at least
+_STRAY_SHARE = 0.03  # blocks with a smaller share of the usual block's points are strays
+_APART_BLOCKS = 1  # blocks within this distance are connected
+_PART_SHARE = 0.05  # parts with a smaller share of the largest part's blocks are not the building
+_PLANE_SHARE = 0.12  # least ground of a floor or ceiling, over that of the largest layer
+_SAME_PLANE_M = 0.2  # layers closer than this are one
+_STANDS_OUT = 1.3  # least ground of a floor over that of the layers just above it
+_HEADROOM_M = (0.15, 1.9)  # a plane in this range above a layer leaves no headroom
+_BELOW = 0.7  # least share of a ceiling below the next floor; a floor below tables has less
+_JUST_ABOVE_M = (0.15, 0.6)  # range above a floor where walls begin
+_STANDING_M = (0.5, 1.7)  # range above a floor that walls span
+_LEAST_WALLS = 0.02  # least wall columns over a floor's ground; a roof has none above it
+_EMPTY = 0.1  # layers with a smaller share of the usual wall columns are empty
+_WALLS_BEGIN = 0.7  # least share of walls that begin just above the floor
 _LOWEST_CEILING_M = 2.1
-_MOST_STEPS = 8  # numerical: layers from one that walls fill to the next
+_MOST_STEPS = 8  # numerical: largest step between layers filled by walls
 _MOST_COLUMNS = 100_000_000  # numerical: columns times layers
 _MOST_CELLS = 25_000_000  # numerical: of a raster
 
 
 @dataclass(frozen=True)
 class StoreyHeights:
-    """A floor and the ceiling above it, None where none was seen [m], and its ground [m2]."""
+    """A floor, the ceiling above it or None if not seen [m], and its ground area [m2]."""
 
     floor_m: float
     ceiling_m: float | None
@@ -51,19 +51,19 @@ class StoreyHeights:
 
 def without_strays(points: Array) -> Array:
     """
-    Return ``points (P, 3)`` without those that lie apart from the building.
+    Return ``points (P, 3)`` without those away from the building.
 
     Raises
     ------
     CloudFormatError
-        If what is left spans more than a building does.
+        If the rest is larger than a building.
     """
     low = points[:, :2].min(axis=0)
     blocks = np.floor((points[:, :2] - low) / _BLOCK_M).astype(np.int64)
     shape = blocks.max(axis=0) + 1
     key = blocks[:, 0] * shape[1] + blocks[:, 1]
     keys, of_block, count = np.unique(key, return_inverse=True, return_counts=True)
-    # Half of all points lie in blocks at least as full as this, however many strays there are.
+    # Half of all points lie in blocks at least this full, however many strays there are.
     ascending = np.sort(count)
     usual = ascending[np.searchsorted(np.cumsum(ascending), 0.5 * len(points))]
     is_dense = count >= _STRAY_SHARE * usual
@@ -83,12 +83,12 @@ def without_strays(points: Array) -> Array:
 
 def check_extent(size_m: Array, cell_m: float) -> None:
     """
-    Refuse a raster that no building needs.
+    Check that a raster is not larger than a building needs.
 
     Raises
     ------
     CloudFormatError
-        Saying how large it would be.
+        If it is; the message states its size.
     """
     if float(np.prod(np.asarray(size_m, dtype=np.float64) / cell_m)) > _MOST_CELLS:
         raise CloudFormatError(
@@ -102,7 +102,7 @@ def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
     Return the storeys of a gravity-aligned cloud ``points (P, 3)`` [m], lowest first.
 
     A floor is a layer that covers much ground and on which walls stand. Furniture may cover most
-    of it: the lowest such layer is the floor.
+    of it; the lowest such layer is the floor.
 
     Raises
     ------
@@ -120,13 +120,13 @@ def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
         if (
             is_clear
             and not _is_ceiling(thick, planes, layer)
-            and _bears_walls(walls, ground[layer], layer)
+            and _carries_walls(walls, ground[layer], layer)
         ):
             floors.append(layer)
     if not floors or len(ground) < _STANDING_M[1] / _LAYER_M:
         raise CloudFormatError(
-            'the cloud shows no floor (is it planar, or not gravity-aligned?); give a robot map '
-            'image or a recording with poses instead'
+            'the cloud shows no floor (is it planar, or not gravity-aligned?); use an occupancy '
+            'grid or a recording with poses instead'
         )
     tops = [*floors[1:], len(ground)]
     return tuple(_storey(base, ground, planes, *each) for each in zip(floors, tops, strict=True))
@@ -154,7 +154,7 @@ def _layers(points: Array) -> tuple[float, NDArray[np.bool_]]:
 
 
 def _around(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the columns that each layer or its next fill: a plane scatters over those."""
+    """Return the columns filled in each layer or an adjacent one: planes scatter over these."""
     around = filled.copy()
     around[1:] |= filled[:-1]
     around[:-1] |= filled[1:]
@@ -162,7 +162,7 @@ def _around(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _planes(ground: Array) -> list[int]:
-    """Return the layers that are floors or ceilings, lowest first: walls fill all others."""
+    """Return the layers that are floors or ceilings, lowest first; the others hold only walls."""
     level = ground - np.median(ground)
     strong = np.flatnonzero((level > 0.0) & (level >= _PLANE_SHARE * level.max()))
     planes: list[int] = []
@@ -174,9 +174,9 @@ def _planes(ground: Array) -> list[int]:
 
 def _is_ceiling(filled: NDArray[np.bool_], planes: list[int], layer: int) -> bool:
     """
-    Tell whether most of a layer lies below another one without headroom in between.
+    Return whether most of a layer lies below another one without headroom in between.
 
-    That is a ceiling with the next floor on it. Of a floor below tables less is seen.
+    Such a layer is a ceiling with the next floor on it. Under tables, less of a floor is seen.
     """
     near, far = (layer + metres / _LAYER_M for metres in _HEADROOM_M)
     above = [filled[other] for other in planes if near <= other <= far]
@@ -184,18 +184,18 @@ def _is_ceiling(filled: NDArray[np.bool_], planes: list[int], layer: int) -> boo
     return any(np.count_nonzero(own & each) > _BELOW * np.count_nonzero(own) for each in above)
 
 
-def _bears_walls(walls: Array, ground: float, layer: int) -> bool:
+def _carries_walls(walls: Array, ground: float, layer: int) -> bool:
     """
-    Tell whether walls stand on a layer that covers ``ground`` columns.
+    Return whether walls stand on a layer that covers ``ground`` columns.
 
-    They fill the layers just above it as they fill those at body height: ``walls (L,)`` is how
-    many columns each fills. Between a ceiling and the next floor they are gone.
+    Walls fill the layers just above it as much as those at body height; ``walls (L,)`` is the
+    number of columns filled per layer. Between a ceiling and the next floor there are none.
     """
     low, high = (layer + round(metres / _LAYER_M) for metres in _STANDING_M)
     standing = walls[low:high]
     if high > len(walls) or not standing.any():
         return False
-    # Of layers finer than a cloud's voxels, or than its rings on walls, some are empty.
+    # Some layers are empty if they are finer than the cloud's voxels or scan rings on walls.
     is_filled = standing >= _EMPTY * np.median(standing[standing > 0.0])
     steps = np.diff(np.flatnonzero(np.r_[True, is_filled, True]))
     window = min(int(steps.max()), _MOST_STEPS)

@@ -13,7 +13,7 @@ from fpnet_core.matching import RegionMatcher
 from fpnet_lab.baselines.bounding_boxes import BoundingBoxMatcher
 from fpnet_lab.baselines.nearest_neighbor import NearestNeighborMatcher
 
-# The imports inside load torch or pygmtools, which the other matchers do without.
+# The local imports below load torch or pygmtools, which the other matchers do not need.
 
 
 def _learned(config: MatcherConfig, settle: bool = True) -> RegionMatcher:
@@ -34,7 +34,7 @@ def _with_weights(name: str, config: MatcherConfig) -> RegionMatcher:
 def _solved_by(solver: str, config: MatcherConfig) -> RegionMatcher:
     from fpnet_lab.baselines.graph_matching import GraphMatchingMatcher
 
-    del config  # the same factory signature as every matcher
+    del config  # unused: all matcher factories share one signature
     return GraphMatchingMatcher(solver)
 
 
@@ -48,6 +48,6 @@ MATCHERS: dict[str, Callable[[MatcherConfig], RegionMatcher]] = {
     'rrwm': partial(_solved_by, 'rrwm'),
     'spectral': partial(_solved_by, 'sm'),
 }
-"""Factories by name; one whose weights are not packaged raises WeightsError."""
+"""Factories by name; a factory raises WeightsError if its weights are not packaged."""
 
 __all__ = ['MATCHERS', 'BoundingBoxMatcher', 'NearestNeighborMatcher']

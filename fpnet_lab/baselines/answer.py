@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the baseline localizers answer."""
+"""Result of the baseline localizers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from fpnet_core.geometry import Placement
 @dataclass(frozen=True, eq=False)
 class Answer(Placement):
     """
-    Where a baseline puts the submap, and whether it stands for that.
+    Placement of the submap by a baseline, and whether the method accepts it.
 
-    Plan metres are the nominal ones; ``score`` in [0, 1] is the method's own confidence.
+    Plan metres are nominal; ``score`` in [0, 1] is the method's own confidence.
     """
 
     is_accepted: bool = field(kw_only=True)

@@ -3,10 +3,10 @@
 """
 Alignment of regions by their oriented bounding boxes.
 
-The published idea behind the paper's "Shahbandi" column: two maps of the same rooms are aligned
-by any pair of corresponding rooms, whose bounding boxes give rotation (up to half turns), scale
-and translation. Every pair of rooms of similar shape proposes; the placement under which most of
-the submap's rooms fall on rooms of their size wins. Written from the idea, not from its code.
+This is the published idea behind the paper's "Shahbandi" column, reimplemented: any pair of
+corresponding rooms aligns two maps of the same rooms, since their bounding boxes give rotation
+(up to half turns), scale and translation. Every pair of rooms of similar shape yields a
+candidate; the placement with the most submap rooms on plan rooms of equal size wins.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ Array = NDArray[np.float64]
 
 ASPECT_SLACK = 0.25
 """
-Difference of the logarithms of both boxes' aspects up to which their rooms may correspond. Chosen.
+Largest difference of the log aspect ratios of the boxes of two corresponding rooms. Chosen.
 """
 
 SCALE_SLACK = 0.5
-"""Logarithm of the scale between both maps' units up to which a placement is tried. Chosen."""
+"""Largest absolute log scale between the units of both maps that is tried. Chosen."""
 
 MIN_FIT = 0.3
-"""Fit of a pair of regions under the winning placement from which it is a match. Chosen."""
+"""Smallest fit of a matched pair of regions under the winning placement. Chosen."""
 
 
 class BoundingBoxMatcher:
-    """Matches what falls on each other under the best alignment of two rooms' boxes."""
+    """Matcher that pairs overlapping regions under the best alignment of two rooms' boxes."""
 
     def __init__(self, config: MatcherConfig) -> None:
-        del config  # the same factory signature as every matcher
+        del config  # unused: all matcher factories share one signature
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
-        """Return the pairs of the best placement; the score of a pair is its fit."""
+        """Return the pairs under the best placement; the score of a pair is its fit."""
         del explored_area_m2
         soft = np.zeros((len(plan), len(sub)), dtype=np.float32)
         nothing = MatchResult(np.zeros((0, 2), np.int64), np.zeros(0, np.float32), soft)
@@ -60,7 +60,7 @@ class BoundingBoxMatcher:
 
 
 def _alignments(plan: GraphGeometry, sub: GraphGeometry) -> Array:
-    """Return similarities ``(C, 4)`` that lay a submap room's box on a plan room's box."""
+    """Return similarities ``(C, 4)`` that align a submap room's box with a plan room's box."""
     plan_box, sub_box = plan.box[~plan.is_door], sub.box[~sub.is_door]
     i, j = (index.ravel() for index in np.indices((len(plan_box), len(sub_box))))
     ratio = np.log(plan_box[i, 2:4]) - np.log(sub_box[j, 2:4])
@@ -84,7 +84,7 @@ def _placed(plan_xy: Array, sub_xy: Array, scale: Array, yaw: Array) -> Array:
 def _fitted(
     plan: GraphGeometry, sub: GraphGeometry, similarity: Array
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return partners and fits of rooms only, one-to-one."""
+    """Return one-to-one partners and fits of the rooms; doors are left out."""
     partner = np.empty((len(similarity), len(sub)), dtype=np.int64)
     fit = np.empty((len(similarity), len(sub)))
     weight = np.ones((len(plan), len(sub)))

@@ -3,9 +3,9 @@
 """
 Scan-to-map matching by branch and bound (Hess et al., ICRA 2016), here submap to plan.
 
-All rotations, allowed scales and translations of a grid are candidates; a pyramid of maxima over
-growing windows bounds the score of a block of translations from above, so that whole blocks are
-left out and the best of all candidates is still found.
+The candidates are all rotations, allowed scales and translations of a grid. A pyramid of maxima
+over growing windows gives an upper bound of the score of a block of translations, so the search
+skips whole blocks and still returns the best candidate.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from fpnet_core.pose import MapEvidence
 from fpnet_lab.baselines.answer import Answer
 
 CLAIM_SCORE = 0.6
-"""Given: score from which a global match is accepted, as in Hess et al.'s published settings."""
+"""Given: score from which a global match is accepted, published setting of Hess et al."""
 
 # Chosen, not measured:
-_MIN_SCORE = 0.45  # candidates below are never looked for: bounds the search from the start
+_MIN_SCORE = 0.45  # candidates below are discarded: bounds the search from the start
 _SIGMA_M = 0.25
-_STRIDE = 2  # numerical: of the plan's wall field: cells of 0.2 m
+_STRIDE = 2  # numerical: subsampling of the plan's wall field, to cells of 0.2 m
 _LEVELS = 7  # numerical: blocks of 64 x 64 cells at the top
 _MAX_POINTS = 250  # numerical
 
@@ -35,7 +35,7 @@ Pyramid = NDArray[np.float32]
 
 class BranchAndBound:
     """
-    Finds submaps on one plan; the plan's pyramid is built once.
+    Localizer of submaps on one plan; the constructor builds the plan's pyramid once.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class BranchAndBound:
         self._scales = scales
 
     def place(self, sub: MapEvidence) -> Answer | None:
-        """Return the placement of most wall on wall; None where every one is poor."""
+        """Return the placement with the most wall on wall; None if all scores are too low."""
         if len(sub.walls) == 0:
             return None
         step = max(1, len(sub.walls) // _MAX_POINTS)
@@ -70,7 +70,7 @@ class BranchAndBound:
         return Answer(S, float(score), is_accepted=bool(score >= CLAIM_SCORE))
 
     def _turned(self, points: Array) -> tuple[NDArray[np.int32], Array]:
-        """Cells (V, P, 2) of the points in every rotation and scale, and these (V, 2, 2)."""
+        """Return the points' cells (V, P, 2) in every variant, and the linear maps (V, 2, 2)."""
         reach_m = float(np.linalg.norm(points, axis=1).max())
         turns = int(np.ceil(2.0 * np.pi * max(reach_m, 1.0) / self._cell_m))
         yaws = np.arange(turns) * (2.0 * np.pi / turns)
@@ -83,9 +83,9 @@ class BranchAndBound:
 
 def _pyramid(field: NDArray[np.float32]) -> Pyramid:
     """
-    Return maxima over windows of 2^h cells from each cell on, ``(levels, H + pad, W + pad)``.
+    Return maxima over windows of 2^h cells starting at each cell, ``(levels, H + pad, W + pad)``.
 
-    The pad before the first row and column holds windows that begin outside and reach in.
+    The padding before the first row and column holds windows that start outside of the field.
     """
     pad = 2 ** (_LEVELS - 1)
     level = np.pad(field, ((pad, 0), (pad, 0)))
@@ -102,7 +102,7 @@ def _pyramid(field: NDArray[np.float32]) -> Pyramid:
 
 @numba.njit(cache=True, nogil=True)
 def _bound(pyramid: Pyramid, h: int, points: NDArray[np.int32], row: int, col: int) -> np.float32:
-    """Mean over the points (P, 2) of level ``h`` at their cells moved by (row, col)."""
+    """Return the mean over the points (P, 2) of level ``h`` at their cells moved by (row, col)."""
     pad = 2 ** (pyramid.shape[0] - 1)
     total = np.float32(0.0)
     for k in range(len(points)):
@@ -158,7 +158,7 @@ def _branch(
     scores: NDArray[np.float32],
     depth: int,
 ) -> int:
-    """Push a block's four quarters, the most promising last; return the stack's new depth."""
+    """Push a block's four quarters, the best one last; return the stack's new depth."""
     half = 2**h
     for quarter in range(4):
         r, c = row + half * (quarter // 2), col + half * (quarter % 2)

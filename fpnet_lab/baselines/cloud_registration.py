@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What registers clouds with each other, on maps whose walls are raised to clouds.
+Point cloud registration baselines, on maps whose walls are extruded to clouds.
 
 KISS-Matcher (Lim et al., ICRA 2025) matches features of points and prunes them as a graph;
-MapClosures (Gupta et al., ICRA 2024) matches ORB features of pictures of density. Both are run as
-their authors publish them (the extra ``peers``); neither knows a scale other than one.
+MapClosures (Gupta et al., ICRA 2024) matches ORB features of density images. Both run as
+published by their authors (the extra ``peers``); neither estimates a scale.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.baselines.answer import Answer
 
 MIN_INLIERS = 5
-"""Given: of both programs: fewer of them are no registration."""
+"""Given: by both programs: a registration with fewer inliers fails."""
 
 DENSITY_M = 0.1
 """
-Chosen: pixel of MapClosures' pictures. Its 0.5 m is for streets: on the planted building of the
-tests it finds nothing with that, and the place with this.
+Chosen: pixel of MapClosures' density images. Its default of 0.5 m is for streets: on the planted
+building of the tests MapClosures fails with 0.5 m and succeeds with this value.
 """
 
-_HEIGHT_M, _STEP_M = 2.4, 0.1  # chosen: of a raised wall, and between its points
-_FLOOR_STEP_M = 0.2  # chosen: the floor, by which MapClosures finds what is level
-_PLAN_ID, _SUBMAP_ID = 0, 100  # given: maps whose numbers are near each other are not compared
+_HEIGHT_M, _STEP_M = 2.4, 0.1  # chosen: height of an extruded wall, spacing of its points
+_FLOOR_STEP_M = 0.2  # chosen: spacing of floor points, by which MapClosures levels the cloud
+_PLAN_ID, _SUBMAP_ID = 0, 100  # given: MapClosures skips pairs of maps with nearby numbers
 
 Array = NDArray[np.float64]
 Place = Callable[[GridMap], Answer | None]
 
 
 def kiss_matcher(plan: GridMap) -> Place:
-    """Return what places submaps on a plan by KISS-Matcher with its own settings, yaw only."""
+    """Return a function that places submaps by KISS-Matcher, default settings, yaw only."""
     import kiss_matcher as program
 
     target = list(raised_walls(plan).astype(np.float32))
@@ -57,7 +57,7 @@ def kiss_matcher(plan: GridMap) -> Place:
 
 
 def map_closures(plan: GridMap) -> Place:
-    """Return what places submaps on a plan by MapClosures, as a loop that closes with the plan."""
+    """Return a function that places submaps by MapClosures, as a loop closure with the plan."""
     from map_closures.config import MapClosuresConfig
     from map_closures.map_closures import MapClosures
 
@@ -83,16 +83,16 @@ CLOUD_METHODS: Mapping[str, Callable[[GridMap], Place]] = {
     'kiss_matcher': kiss_matcher,
     'map_closures': map_closures,
 }
-"""What places submaps, by the name of the package that it needs."""
+"""Registration methods by the name of the required package."""
 
 
 def installed() -> tuple[str, ...]:
-    """Return which of them are installed."""
+    """Return the names of the installed methods."""
     return tuple(name for name in CLOUD_METHODS if find_spec(name) is not None)
 
 
 def raised_walls(grid: GridMap) -> Array:
-    """Return the walls of a map as a cloud ``(P, 3)``, frame of the map; none: no points."""
+    """Return the walls as a cloud ``(P, 3)`` in the map frame; ``P = 0`` without walls."""
     xy = _thinned(grid, OCCUPIED, _STEP_M)
     z = np.arange(0.0, _HEIGHT_M, _STEP_M)
     return np.column_stack([np.repeat(xy, len(z), axis=0), np.tile(z, len(xy))])
@@ -104,7 +104,7 @@ def _with_floor(grid: GridMap) -> Array:
 
 
 def _thinned(grid: GridMap, value: int, step_m: float) -> Array:
-    """Return the places ``(P, 2)`` of one kind of cell, one for each square of a lattice."""
+    """Return positions ``(P, 2)`` of cells with ``value``, at most one per lattice square."""
     xy = grid.rc_to_xy(np.argwhere(grid.cells == value))
     cells = np.unique(np.floor(xy / step_m).astype(np.int64), axis=0)
     return np.asarray((cells + 0.5) * step_m, dtype=np.float64)

@@ -3,9 +3,9 @@
 """
 Exhaustive raster search: every rotation and scale, all translations at once by FFT.
 
-No graph and no regions. The score rewards walls of the submap near walls of the plan and
-charges its free space that falls outside the plan or onto walls. Slow and thorough: what a
-matcher that answers in milliseconds has to be compared with.
+It uses no graph and no regions. The score rewards submap walls near plan walls and penalizes
+submap free space outside of the plan or on walls. Slow and thorough: a reference for the
+matchers that run in milliseconds.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ PLAN_PIXELS = 150
 
 ROTATIONS, SCALES = 90, 18  # numerical
 SCALE_RANGE = (0.5, 2.0)
-"""Plan metres per submap metre that are tried, in equal ratios. Chosen."""
+"""Range of plan metres per submap metre, sampled in equal ratios. Chosen."""
 
 WALL_PIXELS = 2.0
-"""Distance from a wall at which its value has fallen by e. Chosen."""
+"""Distance from a wall at which its value has decayed to 1/e. Chosen."""
 
 ON_WALL_COST = 0.7
-"""Cost of free space on a wall; outside the plan it costs 1. Chosen."""
+"""Cost of free space on a wall; free space outside of the plan costs 1. Chosen."""
 
 SHRINK_COST = 0.12
-"""Worth of a scale larger by e: a tiny submap fits everywhere. Chosen."""
+"""Score per unit of log scale: without it tiny submaps fit everywhere. Chosen."""
 
-_MAX_POINTS = 4000  # numerical: cells of each kind that represent the submap
+_MAX_POINTS = 4000  # numerical: sampled cells of each kind of the submap
 
 
 @dataclass(frozen=True, eq=False)
 class _Field:
-    """The plan as spectra of wall values and of costs, and how pixels become metres."""
+    """Spectra of the plan's wall values and costs, and the geometry of its raster."""
 
     walls: NDArray[np.complex128]
     costs: NDArray[np.complex128]
@@ -55,10 +55,10 @@ class _Field:
 
 def search_placement(plan: GridMap, sub: GridMap, scales: Array | None = None) -> Placement | None:
     """
-    Return the best of all placements; None where the submap has no walls or no free space.
+    Return the best placement; None if the submap has no walls or no free space.
 
-    It is in both maps' metres; a score of about 1 is perfect agreement. ``scales (L,)`` are plan
-    metres per submap metre; None tries all of ``SCALE_RANGE``.
+    Units are the metres of both maps; a score of about 1 is perfect agreement. ``scales (L,)`` are
+    plan metres per submap metre; None tries all of ``SCALE_RANGE``.
     """
     walls, free = _points(sub, OCCUPIED), _points(sub, FREE)
     if not (len(walls) and len(free) and (plan.cells == OCCUPIED).any()):
@@ -77,7 +77,7 @@ def search_placement(plan: GridMap, sub: GridMap, scales: Array | None = None) -
 
 
 def _points(grid: GridMap, value: int) -> Array:
-    """Return up to ``_MAX_POINTS`` cell centres of one kind, evenly chosen [m]."""
+    """Return up to ``_MAX_POINTS`` evenly sampled cell centres with ``value`` [m]."""
     rc = np.argwhere(grid.cells == value)
     step = max(1, len(rc) // _MAX_POINTS)
     return grid.rc_to_xy(rc[::step])
@@ -95,7 +95,7 @@ def _plan_field(plan: GridMap, sub: GridMap, largest_scale: float) -> _Field:
     origin = corners.min(axis=0)
     used = np.ceil(np.ptp(corners, axis=0) / pixel_m).astype(int) + 1
     diagonal_m = float(np.hypot(*sub.shape)) * sub.resolution * largest_scale
-    # Beyond twice the plan a submap is outside it whatever the padding.
+    # Shifted by more than twice the plan, a submap is outside of it with any padding.
     reach = int(min(diagonal_m / pixel_m, 2.0 * PLAN_PIXELS)) + 1
     shape = (fft.next_fast_len(int(used[0]) + reach), fft.next_fast_len(int(used[1]) + reach))
     is_wall, is_free = (np.zeros(shape, dtype=np.bool_) for _ in range(2))
@@ -110,7 +110,7 @@ def _plan_field(plan: GridMap, sub: GridMap, largest_scale: float) -> _Field:
 
 
 def _best_translation(field: _Field, walls: Array, free: Array) -> tuple[float, Array]:
-    """Return the best score and translation [m] of turned and scaled points."""
+    """Return the best score and translation [m] of rotated and scaled points."""
     low = np.minimum(walls.min(axis=0), free.min(axis=0))
     spectra = (
         np.conj(_spectrum((points - low) / field.pixel_m, field.shape)) for points in (walls, free)
@@ -118,14 +118,14 @@ def _best_translation(field: _Field, walls: Array, free: Array) -> tuple[float, 
     wall_spectrum, free_spectrum = spectra
     score = fft.irfft2(wall_spectrum * field.walls - free_spectrum * field.costs, s=field.shape)
     row, column = np.unravel_index(int(score.argmax()), field.shape)
-    # Shifts in the second half are negative: the submap sticks out at the lower side.
+    # Shifts in the second half are negative: the submap extends beyond the lower edge.
     shift = np.array([row, column], dtype=np.float64)
     shift = np.where(shift >= np.array(field.used), shift - np.array(field.shape), shift)
     return float(score.max()), field.origin + shift * field.pixel_m - low
 
 
 def _spectrum(pixels: Array, shape: tuple[int, int]) -> NDArray[np.complex128]:
-    """Return the spectrum of the points' raster, which sums to one."""
+    """Return the spectrum of the points' raster; the raster sums to one."""
     index = pixels.astype(int) % np.array(shape)
     flat = np.bincount(index[:, 0] * shape[1] + index[:, 1], minlength=shape[0] * shape[1])
     spectrum: NDArray[np.complex128] = fft.rfft2(flat.reshape(shape) / len(pixels))

@@ -3,9 +3,9 @@
 """
 Classical graph matching as region matchers, solved by pygmtools on its NumPy backend.
 
-The affinity of two pairs of regions falls with the difference of their distances, in the
-nominal metres of either map, and that of a pair with the difference of its descriptors. Rooms
-and doors are matched apart: the affinity matrix has the square of M x N entries.
+The affinity of two pairs of regions decreases with the difference of their distances, in the
+nominal metres of each map; the affinity of one pair with the difference of its descriptors.
+Rooms and doors are matched separately: the affinity matrix has (M N)^2 entries.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from fpnet_core.types import RegionGraph, RegionLabel
 Array = NDArray[np.float64]
 
 DISTANCE_M = 1.0
-"""Difference of two distances at which their affinity has fallen to exp(-1/2). Chosen."""
+"""Difference of two distances at which their affinity has decayed to exp(-1/2). Chosen."""
 
 DESCRIPTOR = 3.0
-"""Descriptor distance at which the affinity of a pair has fallen to exp(-1/2). Chosen."""
+"""Descriptor distance at which the affinity of a pair has decayed to exp(-1/2). Chosen."""
 
 MAX_PAIRS = 1600
-"""Numerical: pairs of regions beyond which only the most similar are kept: 20 MB of affinities."""
+"""Numerical: most pairs of regions; only the most similar are kept: 20 MB of affinities."""
 
 
 class GraphMatchingMatcher:
     """
-    Matches regions by maximal pairwise affinity with one of pygmtools' solvers.
+    Matcher that maximizes pairwise affinity with one of pygmtools' solvers.
 
-    ``solver`` is its name there: ``rrwm`` for reweighted random walks, ``sm`` for the affinity's
-    leading eigenvector.
+    ``solver`` is its name in pygmtools: ``rrwm`` for reweighted random walks, ``sm`` for the
+    leading eigenvector of the affinity matrix.
     """
 
     def __init__(self, solver: str) -> None:
@@ -48,7 +48,7 @@ class GraphMatchingMatcher:
         self._solver: Callable[..., Any] = getattr(pygmtools, solver)
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
-        """Return the assignment of the solver; every submap region gets one where it can."""
+        """Return the solver's assignment; it assigns as many submap regions as possible."""
         del explored_area_m2
         soft = np.zeros((len(plan), len(sub)))
         for label in RegionLabel:
@@ -85,9 +85,9 @@ def _affinity(
     plan: RegionGraph, sub: RegionGraph, rows: NDArray[np.int64], columns: NDArray[np.int64]
 ) -> tuple[Array, NDArray[np.int64]]:
     """
-    Return the matrix over pairs, plan index running fastest, and which ``rows`` it covers.
+    Return the affinity matrix over pairs, plan index fastest, and the ``rows`` it covers.
 
-    With too many pairs, plan regions that resemble no submap region are left out.
+    With too many pairs, the plan regions least similar to any submap region are left out.
     """
     shape = slice(POSITION.stop, None)
     likeness = np.exp(
@@ -99,7 +99,7 @@ def _affinity(
     plan_xy = np.array([plan.regions[i].centroid for i in rows[kept]])
     sub_xy = np.array([sub.regions[j].centroid for j in columns])
     between = cdist(plan_xy, plan_xy), cdist(sub_xy, sub_xy)
-    # Entry (j, i, l, k) for the pairs (i, j) and (k, l): pygmtools stacks assignments by columns.
+    # Entry (j, i, l, k) is for the pairs (i, j) and (k, l): pygmtools stacks by columns.
     gap = between[0][None, :, None, :] - between[1][:, None, :, None]
     affinity = np.exp(-0.5 * (gap / DISTANCE_M) ** 2)
     own_plan, own_sub = np.eye(len(kept), dtype=bool), np.eye(len(columns), dtype=bool)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's own way from matches to a pose: RANSAC on centroids, no look at the rasters."""
+"""The paper's pose estimate from matches: RANSAC on centroids, without the rasters."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fpnet_core.types import RegionGraph
 from fpnet_lab.baselines.answer import Answer
 
 INLIER_M = 0.5
-"""Largest distance of an inlier (the paper's eight pixels of 5 cm are 0.4 m). Chosen."""
+"""Largest distance of an inlier; the paper uses eight pixels of 5 cm, 0.4 m. Chosen."""
 
 # Chosen, not measured:
 MIN_INLIERS = 3
@@ -22,9 +22,9 @@ _CONFIDENCE = 0.99
 
 def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> Answer | None:
     """
-    Return the similarity that most matched centroids agree on; None for fewer than two matches.
+    Return the similarity with the most inlier centroids; None for fewer than two matches.
 
-    It is claimed with three inliers or more; the score is the share of matches that are inliers.
+    It is accepted with three or more inliers; the score is the share of inliers.
     """
     if len(match.pairs) < 2:
         return None

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Global Monte Carlo localization on the plan: what AMCL's global localisation does.
+Global Monte Carlo localization on the plan, as in AMCL's global localization.
 
-A cloud of poses drawn evenly over the plan's free space moves with the odometry and is weighted
-by a planar slice of each scan on the plan's likelihood field (Thrun, Burgard, Fox: Probabilistic
-Robotics, sections 6.4 and 8.3); its size follows the spread (KLD sampling, Fox 2003). The plan is
-taken at face value: there is no scale in the state.
+Particles drawn uniformly over the plan's free space move with the odometry and are weighted by
+a planar slice of each scan on the plan's likelihood field (Thrun, Burgard, Fox: Probabilistic
+Robotics, sections 6.4 and 8.3). KLD sampling (Fox 2003) adapts their number. The plan is assumed
+to be metric: the state has no scale.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fpnet_core.raster.rays import nearest_cell
 Array = NDArray[np.float64]
 
 SLICE_HALF_M = 0.25
-"""Half height of the slice around the sensor that stands for a planar scanner. Chosen."""
+"""Half height of the slice at sensor height that emulates a planar scanner. Chosen."""
 
 _SECTORS, _SECTORS_PER_BEAM = 360, 6  # numerical
 _RANGE_M = 15.0  # chosen
@@ -32,7 +32,7 @@ _RANGE_M = 15.0  # chosen
 
 @dataclass(frozen=True)
 class MonteCarloSettings:
-    """Numbers of particles, model widths, and how much of the cloud must agree for a claim."""
+    """Numbers of particles, model parameters, and the particle share required to accept."""
 
     max_particles: int = 20_000
     min_particles: int = 500
@@ -54,7 +54,7 @@ class MonteCarloSettings:
 
 @dataclass(frozen=True, eq=False)
 class CloudMean:
-    """Mean pose of the densest cluster in ``plan``, its share, and whether that is enough."""
+    """Mean pose of the densest cluster in ``plan``, its particle share, and acceptance."""
 
     T_plan_base: SE2
     share: float
@@ -63,17 +63,17 @@ class CloudMean:
 
 def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[np.float32]:
     """
-    Return what a planar scanner in the sensor's place would report.
+    Return the scan of a planar scanner at the sensor's pose.
 
     Parameters
     ----------
     points : (P, 3) sensor frame, metres
-    T_odom_sensor : (4, 4) gravity-aligned frame from sensor
+    T_odom_sensor : (4, 4) sensor pose in a gravity-aligned frame
 
     Returns
     -------
-    (B, 2) float32, at most 60: the nearest return at the sensor's height in every sixth sector of
-    a degree, in the sensor's frame turned level; zero where nothing is at that height.
+    (B, 2) float32, B <= 60: nearest return at sensor height in every sixth one-degree sector, in
+    the levelled sensor frame; sectors without returns at that height are left out.
     """
     yaw = np.arctan2(T_odom_sensor[1, 0], T_odom_sensor[0, 0])
     c, s = np.cos(yaw), np.sin(yaw)
@@ -91,13 +91,13 @@ def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[n
 
 class MonteCarlo:
     """
-    Localises one drive on one plan.
+    Monte Carlo localizer of one recording on one plan.
 
     Parameters
     ----------
     plan : evidence of the plan
     rng : numpy.random.Generator
-        Draws the cloud and its motion.
+            Draws the particles and their motion.
     settings : MonteCarloSettings
     """
 
@@ -112,7 +112,7 @@ class MonteCarlo:
         self._yaw = rng.uniform(-np.pi, np.pi, size=count)
 
     def add_scan(self, beams: NDArray[np.float32], T_odom_base: SE2) -> bool:
-        """Move, and weight and resample where the robot moved enough; say whether it did."""
+        """Move, weight and resample if the robot moved enough; return whether it did."""
         if self._last is None:
             self._last = T_odom_base
         step = self._last.inv() @ T_odom_base
@@ -126,7 +126,7 @@ class MonteCarlo:
         return True
 
     def estimate(self) -> CloudMean:
-        """Return the mean of the densest cluster; it is claimed where it holds most particles."""
+        """Return the mean of the densest cluster; accepted if it holds enough of the particles."""
         settings = self._settings
         _, bin_of, counts = np.unique(
             self._bins(), axis=0, return_inverse=True, return_counts=True
@@ -141,12 +141,12 @@ class MonteCarlo:
         return CloudMean(T_plan_base, share, share >= settings.claim_share)
 
     def _mean(self, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
-        """Mean position (2,) and heading of some particles."""
+        """Return the mean position (2,) and heading of the chosen particles."""
         direction = np.exp(1j * self._yaw[chosen]).mean()
         return np.asarray(self._xy[chosen].mean(axis=0)), float(np.angle(direction))
 
     def _bins(self) -> NDArray[np.int64]:
-        """Cells (N, 3) of a coarse grid over position and heading."""
+        """Return the cells (N, 3) of the particles in a coarse grid over position and heading."""
         settings = self._settings
         cells = np.column_stack(
             [self._xy / settings.bin_m, wrap_to_pi(self._yaw) / settings.bin_rad]
@@ -154,7 +154,7 @@ class MonteCarlo:
         return np.floor(cells).astype(np.int64)
 
     def _move(self, step: SE2) -> None:
-        """Apply an odometry step to every particle, with noise that grows with it."""
+        """Apply an odometry step to every particle, with noise proportional to the step."""
         settings, count = self._settings, len(self._xy)
         length = float(np.hypot(step.x, step.y))
         moved = step.translation + self._rng.normal(
@@ -176,14 +176,14 @@ class MonteCarlo:
         return np.asarray(weights / weights.sum())
 
     def _resample(self, weights: Array) -> None:
-        """Draw a new cloud, of the size that its spread over bins asks for."""
+        """Draw a new set of particles; the spread over bins determines its size."""
         count = self._needed(weights)
         places = (np.arange(count) + self._rng.random()) / count
         chosen = np.minimum(np.searchsorted(np.cumsum(weights), places), len(weights) - 1)
         self._xy, self._yaw = self._xy[chosen].copy(), self._yaw[chosen].copy()
 
     def _needed(self, weights: Array) -> int:
-        """Particles that keep the KLD error with probability 0.99, by occupied bins (Fox 2003)."""
+        """Return the number of particles for the KLD error with probability 0.99 (Fox 2003)."""
         settings = self._settings
         drawn = self._rng.choice(len(weights), size=len(weights), p=weights)
         k = len(np.unique(self._bins()[drawn], axis=0))
@@ -208,10 +208,10 @@ def _likelihoods(
     share_hit: float,
 ) -> Array:
     """
-    Weight of each particle, ``(N,)``: one plus the sum of the cubed likelihoods of its beams.
+    Return the weight of each particle, ``(N,)``: one plus the sum of cubed beam likelihoods.
 
-    Cubes instead of a product keep one pose from taking the whole cloud while most beams meet
-    furniture. A particle inside a wall or off the plan weighs next to nothing.
+    Cubes instead of a product keep one pose from dominating while most beams hit furniture. A
+    particle inside a wall or off the plan has almost no weight.
     """
     weights = np.empty(len(xy))
     inv2 = -0.5 / (sigma * sigma)

@@ -16,27 +16,27 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
 from fpnet_core.types import RegionGraph
 
-# Squared descriptor distance at which the likelihood falls by e; descriptors have unit range.
+# Squared descriptor distance at which the likelihood decays to 1/e; descriptors have unit range.
 # Chosen.
 _TEMPERATURE = 1.0
-# Numerical: added to the squared distance between a door and a room: they never match.
+# Numerical: added to the squared distance between a door and a room, so that they never match.
 _LABEL_PENALTY = 1e4
 
 
 class NearestNeighborMatcher:
     """
-    Pairs regions that are each other's nearest in descriptor space.
+    Matcher of mutual nearest neighbours in descriptor space.
 
-    Shape, area, label and confidence are compared, positions are not: they are in unrelated
-    frames. Every mutual pair is returned, whatever the threshold: descriptor distances are not
-    probabilities, and a threshold made for those would only take matches away.
+    It compares shape, area, label and confidence, not positions, which are in unrelated frames.
+    It returns every mutual pair and ignores the configured threshold, which applies to
+    probabilities and not to descriptor distances.
     """
 
     def __init__(self, config: MatcherConfig) -> None:
-        del config  # the same factory signature as every matcher
+        del config  # unused: all matcher factories share one signature
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
-        """Return mutual nearest pairs; the score falls with the descriptor distance."""
+        """Return mutual nearest pairs; the score decreases with the descriptor distance."""
         del explored_area_m2
         distance = _squared_distances(plan.node_feat, sub.node_feat)
         pairs = mutual_pairs(-distance, -_LABEL_PENALTY)
@@ -54,7 +54,7 @@ def _normalised(similarity: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def _squared_distances(plan: NDArray[np.float32], sub: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return ``(M, N)`` squared descriptor distances, prohibitive between door and room."""
+    """Return squared descriptor distances ``(M, N)``, with a penalty between door and room."""
     distance: NDArray[np.float64] = cdist(
         plan[:, POSITION.stop :], sub[:, POSITION.stop :], 'sqeuclidean'
     )

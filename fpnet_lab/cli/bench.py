@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench``: the benchmarks, one module ``bench_<name>.py`` each; registered here."""
+"""``fpnet bench``: registers the benchmarks, one module ``bench_<name>.py`` each."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench calibration``: may one believe the localizer's probabilities?"""
+"""``fpnet bench calibration``: calibration of the localizer's probabilities."""
 
 from __future__ import annotations
 
@@ -22,25 +22,23 @@ if TYPE_CHECKING:
     from fpnet_lab.training.scorer_trials import Trial
 
 _MEASURED_SEED = 5000
-"""Numerical: added to the seed: what is measured is never what was learned from."""
+"""Numerical: added to the seed, so that trials differ from those of training."""
 
 
 def command(
     limit: Annotated[int, typer.Option('--limit', min=1, help='Generated maps.')] = 100,
     drives: Annotated[
-        int, typer.Option('--drives', min=0, max=42, help='Generated drives, half a minute each.')
+        int, typer.Option('--drives', min=0, max=42, help='Recordings, half a minute each.')
     ] = 10,
     real: Annotated[
-        int, typer.Option('--real', min=0, help='Cuts of real robot maps, with --data.')
+        int, typer.Option('--real', min=0, help='Crops of real robot maps, with --data.')
     ] = 100,
     seed: common.SeedOption = None,
     data: Annotated[
         Path | None,
-        typer.Option('--data', metavar='DIR', help='Shared data: measure on real pairs, too.'),
+        typer.Option('--data', metavar='DIR', help='Shared data: also use real pairs.'),
     ] = None,
-    half: Annotated[
-        Half, typer.Option('--half', help='Half of the shared data that is measured on.')
-    ] = Half.TUNE,
+    half: Annotated[Half, typer.Option('--half', help='Split of the shared data.')] = Half.TUNE,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     plot: Annotated[
@@ -49,10 +47,10 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Compare stated probabilities with the truth, on the right and on wrong buildings' plans.
+    Compare stated probabilities with the truth, on correct and on other buildings' plans.
 
-    Generated maps and drives are of seeds that the judge has not learned from; of the real pairs
-    only those of --half report are of buildings that it has not.
+    Generated maps and recordings have seeds that the scorer was not trained on; the real pairs
+    have buildings that it was not trained on with --half report only.
 
     Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
 
@@ -100,7 +98,7 @@ def command(
 
 
 def _plain(result: Reliability) -> dict[str, Any]:
-    """Return the figures as JSON takes them: lists, and None for empty bins."""
+    """Return the figures for JSON: lists, and None for empty bins."""
     plain = asdict(result)
     for name in ('claimed', 'true', 'count'):
         values = plain[name].tolist()

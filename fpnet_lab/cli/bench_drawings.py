@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench drawings``: are plans read right that are coloured, scanned, photographed."""
+"""``fpnet bench drawings``: parsing of coloured, scanned and photographed plans."""
 
 from __future__ import annotations
 
@@ -26,55 +26,55 @@ if TYPE_CHECKING:
 
 _Half = Literal['tune', 'report']
 _REAL = 'real'
-"""Given: what ``--set`` names the real drawings by, beside settings of the configuration."""
+"""Given: value of ``--set`` that selects the real drawings; others are configuration."""
 
 _Format = Literal['picture', 'pdf', 'svg', 'dxf']
 
 
 def command(
     count: Annotated[
-        int, typer.Option('--count', min=0, help='Generated sheets of all kinds together.')
+        int, typer.Option('--count', min=0, help='Total number of generated sheets.')
     ] = 300,
     kinds: Annotated[
         str | None,
         typer.Option(
             '--kinds',
             metavar='NAMES',
-            help='Of clean, office, brochure, scan, phone (default: these) and varied.',
+            help='Some of clean, office, brochure, scan, phone (default: these) and varied.',
         ),
     ] = None,
     half: Annotated[
         _Half,
-        common.choice('--half', _Half, 'Seeds to choose parameters on, or for published figures.'),
+        common.choice('--half', _Half, 'Development split, or test split for published figures.'),
     ] = 'report',
     file_format: Annotated[
-        _Format, common.choice('--format', _Format, 'What the sheets are read from.')
+        _Format, common.choice('--format', _Format, 'File format of the sheets.')
     ] = 'picture',
     data: Annotated[
         Path | None,
         typer.Option(
-            '--data', metavar='DIR', help='Holds bormann, read in grey; or the real drawings.'
+            '--data', metavar='DIR', help='Folder of bormann (redrawn in grey) or real drawings.'
         ),
     ] = None,
     truth: Annotated[
-        Path, typer.Option('--truth', metavar='DIR', help='What is true of the real drawings.')
+        Path, typer.Option('--truth', metavar='DIR', help='Truth files of the real drawings.')
     ] = Path('benchmarks/real_drawings'),
     plot: Annotated[
         Path | None,
-        typer.Option('--plot', metavar='DIR', help='Pictures of all sheets that were not right.'),
+        typer.Option('--plot', metavar='DIR', help='Save images of all wrong sheets.'),
     ] = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Read generated sheets of unknown scale and compare rooms and scale with the truth.
+    Parse generated sheets of unknown scale and compare rooms and scale with the truth.
 
-    Percentages on screen, fractions in the JSON. With --data the hand-labelled real plans are
-    read as well, their walls in five grey levels and white on black.
+    Prints percentages; the JSON holds fractions. With --data it also parses the hand-labelled real
+    plans, with walls in five grey levels and white on black.
 
-    --set real reads drawings from public repositories instead: those to develop on with --half
-    tune, else also those that were held back. It names the ones that are not here.
+    --set real parses drawings from public repositories instead: the development split with --half
+    tune, otherwise both splits. It lists the missing ones.
 
     Example: fpnet bench drawings --json out/drawings.json --data ../shared/data
 
@@ -82,9 +82,9 @@ def command(
 
     Example: fpnet bench drawings --set real --half tune --plot out/real --json out/real.json
     """
-    said = settings or []
-    tree = common.load(config, [each for each in said if each != _REAL])
-    if _REAL in said:
+    entries = settings or []
+    tree = common.load(config, [each for each in entries if each != _REAL])
+    if _REAL in entries:
         from fpnet_lab.cli.bench_real_drawings import bench_real, show_real
 
         folders = [common.check_input(each) for each in (truth, data) if each is not None]
@@ -108,7 +108,7 @@ def _kinds(names: str | None) -> list[SheetKind]:
     wanted = [kind.value for kind in STANDARD_KINDS] if names is None else names.split(',')
     unknown = sorted(set(wanted) - set(known))
     if unknown:
-        raise ConfigError(f'unknown kind {unknown[0]!r}; choose of {",".join(known)}')
+        raise ConfigError(f'unknown kind {unknown[0]!r}; choose from {",".join(known)}')
     return [SheetKind(name) for name in wanted]
 
 
@@ -189,5 +189,5 @@ def _print(report: dict[str, Any], json_path: Path | None) -> None:
     if 'bormann' in report:
         titles = {'as_black': 'rooms as black', 'walls_as_black': 'walls as black'}
         titles |= {'f1_mean': 'F1', 'marked': 'marked'}
-        binarization = [Column('real walls', 'name'), *columns(READ_SHARE, titles)]
-        show(Table.of(binarization, named(report['bormann']['tones'])), json_path)
+        levels = [Column('real walls', 'name'), *columns(READ_SHARE, titles)]
+        show(Table.of(levels, named(report['bormann']['tones'])), json_path)

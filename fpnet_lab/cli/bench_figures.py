@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench figures``: what benchmarks have measured, into the pages that state it."""
+"""``fpnet bench figures``: write benchmark figures into the documentation pages."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ def command(
         list[str],
         typer.Argument(
             metavar='NAME=FILE...',
-            help='NAME as localization, drawings or robot; twice where its table is of two runs.',
+            help='NAME: for example localization, drawings or robot; repeat it to merge runs.',
         ),
     ],
     pages: Annotated[
-        Path, typer.Option('--pages', metavar='DIR', help='Holds README.md and docs.')
+        Path, typer.Option('--pages', metavar='DIR', help='Folder of README.md and docs.')
     ] = Path(),
     made_by: Annotated[
-        str | None, typer.Option('--command', help='What made a report that does not say it.')
+        str | None, typer.Option('--command', help='Command of reports without provenance.')
     ] = None,
-    commit: Annotated[str, typer.Option('--commit', help='Of such a report.')] = '',
-    day: Annotated[str, typer.Option('--date', metavar='DAY', help='Of such a report.')] = '',
+    commit: Annotated[str, typer.Option('--commit', help='Commit of such reports.')] = '',
+    day: Annotated[str, typer.Option('--date', metavar='DAY', help='Date of such reports.')] = '',
 ) -> None:
     """
-    Write tables and figures of benchmarks' reports between the markers of README and docs.
+    Write tables and figures of benchmark reports between the markers in README and docs.
 
-    Manifests of the weights that ship state figures, too, of what was left out in training.
+    Manifests of the packaged weights also hold figures, on data left out in training.
 
     Example: fpnet bench figures localization=out/bench.json drawings=out/drawings.json
 
@@ -47,29 +47,27 @@ def command(
     from fpnet_lab.evaluation.published.makers import joined, published
     from fpnet_lab.provenance import Provenance, machine
 
-    told = None if made_by is None else Provenance(made_by, commit, day, machine())
+    given = None if made_by is None else Provenance(made_by, commit, day, machine())
     figures: dict[str, str] = {}
     files: dict[str, list[Path]] = {}
     for each in reports:
         name, _, file = each.partition('=')
         files.setdefault(name, []).append(Path(file))
     for name, paths in files.items():
-        read = [read_json(path, 'give what --json has written') for path in paths]
-        made = [_made(report, told, path) for report, path in zip(read, paths, strict=True)]
+        read = [read_json(path, 'give a file written by --json') for path in paths]
+        made = [_made(report, given, path) for report, path in zip(read, paths, strict=True)]
         figures |= published(name, joined(name, read), *made)
     changed = write_figures(pages_of(pages), figures)
     for page in changed:
         typer.echo(f'wrote {page}')
     if not changed:
-        typer.echo('every page states these figures already')
+        typer.echo('all pages are up to date')
 
 
-def _made(report: dict[str, Any], told: Provenance | None, file: Path) -> Provenance:
+def _made(report: dict[str, Any], given: Provenance | None, file: Path) -> Provenance:
     from fpnet_lab.provenance import Provenance
 
-    made = told or Provenance.of(report) or Provenance.of_weights(report, file)
+    made = given or Provenance.of(report) or Provenance.of_weights(report, file)
     if made is None:
-        raise ConfigError(
-            f'{file} does not say how it was made; add --command, --commit and --date'
-        )
+        raise ConfigError(f'{file} has no provenance; add --command, --commit and --date')
     return made

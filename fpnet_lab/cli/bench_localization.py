@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench localization``: recordings through odometry, the localizer and baselines."""
+"""``fpnet bench localization``: the localizer and baselines on recordings with odometry."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.localization.records import Record
     from fpnet_lab.evaluation.localization.runs import Job
 
-_TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
+_TABLE_WIDTH = 170  # characters; narrower tables are illegible; chosen
 _COLUMNS = (  # numerical: digits
     Column('', 'name'),
     Column('runs', 'runs'),
@@ -43,7 +43,7 @@ _COLUMNS = (  # numerical: digits
 
 def command(
     limit: Annotated[
-        int | None, typer.Option('--limit', min=1, help='Run only so many cases, of all groups.')
+        int | None, typer.Option('--limit', min=1, help='Number of cases, from all groups.')
     ] = None,
     groups: Annotated[
         list[str] | None,
@@ -53,7 +53,7 @@ def command(
     baselines: Annotated[
         int | None,
         typer.Option(
-            '--baselines', metavar='N', min=0, help='Baselines on the first N cases only.'
+            '--baselines', metavar='N', min=0, help='Run baselines on the first N cases only.'
         ),
     ] = None,
     data: options.RealDataOption = Path('../shared/data'),
@@ -68,9 +68,9 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Localise simulated and real recordings on exact, inexact and wrong plans.
+    Localize on simulated and real recordings, with exact, inexact and wrong plans.
 
-    Cases that need real data are skipped where these are absent.
+    Cases that need missing real data are skipped.
 
     Example: fpnet bench localization --limit 12 --work out/bench --json out/bench.json
     """
@@ -100,11 +100,11 @@ def command(
 def localized(
     jobs: Sequence[Job], work: Path | None, workers: int, json_path: Path | None
 ) -> tuple[list[Record], dict[str, str]]:
-    """Run drives, and say how long it will take and which were left out; returns both."""
+    """Run recordings, print an estimate of the duration and skipped cases; return both."""
     from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
 
     minutes = estimated_minutes(jobs, workers)
-    said = f'{len(jobs)} drives, about {minutes:.0f} minutes; --work goes on where it stopped'
+    said = f'{len(jobs)} recordings, about {minutes:.0f} minutes; resumable with --work'
     common.say(said, json_path)
     with progress('localizing', len(jobs)) as advance:
         records, skipped = run_suite(jobs, work, workers, advance)

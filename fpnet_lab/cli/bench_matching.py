@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class PairSet(StrEnum):
-    """Where the pairs come from."""
+    """Source of the pairs."""
 
     SYNTHETIC = 'synthetic'
     REAL = 'real'
@@ -53,7 +53,7 @@ DataOption = Annotated[
     typer.Option(
         '--data',
         metavar='DIR',
-        help='Stored pairs of the set; for robot the folder of real maps. Default: generate.',
+        help='Stored pairs of the set, or the folder of real maps for robot; default: generate.',
     ),
 ]
 PlansOption = Annotated[
@@ -71,16 +71,16 @@ def command(
     data: DataOption = None,
     plans: PlansOption = None,
     split: Annotated[
-        str, typer.Option('--split', metavar='tune|report', help='Half of the real buildings.')
+        str, typer.Option('--split', metavar='tune|report', help='Split of the real buildings.')
     ] = 'report',
     limit: Annotated[
-        int | None, typer.Option('--limit', min=1, help='Use so many pairs only.')
+        int | None, typer.Option('--limit', min=1, help='Largest number of pairs.')
     ] = None,
     methods: MethodsOption = None,
     foreign: Annotated[
         int,
         typer.Option(
-            '--foreign', min=0, help="Other buildings' plans that each map meets, for robot."
+            '--foreign', min=0, help="Other buildings' plans to match each map with, for robot."
         ),
     ] = 3,
     config: common.ConfigOption = None,
@@ -90,12 +90,12 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Match every pair with every method; figures of the matches and of the transform from them.
+    Match every pair with every method; score the matches and the transforms from them.
 
-    Methods whose weights are not packaged are named and left out. With --set robot the JSON also
-    says, per method and share of the robot map that is kept (bands), how many are right and how
-    many are claimed, wrongly claimed, or claimed on plans of other buildings. The method
-    correlative claims all it is asked, and is not asked about other buildings: null.
+    Methods without packaged weights are skipped with a message. With --set robot the JSON also
+    has, by method and kept share of the robot map (bands), the shares of right, accepted, wrongly
+    accepted results, and of those accepted on plans of other buildings. The method correlative
+    accepts every result and is not run on other buildings: null.
 
     Example: fpnet bench matching --set synthetic --limit 100 --json out/bench.json
 
@@ -118,8 +118,8 @@ def _graphs(pairs: list[MatchingPair], names: list[str], tree: FpnetConfig) -> d
     from fpnet_lab.evaluation.matching import predict, score
 
     with progress('matching', len(pairs)) as advance:
-        said = predict(pairs, matchers(tree.matcher, names), advance)
-    return {'methods': score(pairs, said), 'pairs': len(pairs)}
+        predictions = predict(pairs, matchers(tree.matcher, names), advance)
+    return {'methods': score(pairs, predictions), 'pairs': len(pairs)}
 
 
 def _pairs(
@@ -171,7 +171,7 @@ def _names(methods: str | None) -> list[str]:
 
 
 def matchers(config: MatcherConfig, names: list[str]) -> dict[str, RegionMatcher]:
-    """Return the matchers of ``names``; those without packaged weights are reported and left."""
+    """Return the matchers of ``names``; skip those without packaged weights with a message."""
     from fpnet_lab.baselines import MATCHERS
 
     made: dict[str, RegionMatcher] = {}
@@ -181,5 +181,5 @@ def matchers(config: MatcherConfig, names: list[str]) -> dict[str, RegionMatcher
         except WeightsError as error:
             if name == 'fpnet':
                 raise
-            typer.echo(f'{name} is left out: {error}', err=True)
+            typer.echo(f'{name} is skipped: {error}', err=True)
     return made

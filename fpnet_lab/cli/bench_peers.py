@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench peers``: the localizer and other ways to a pose, on the same drives."""
+"""``fpnet bench peers``: the localizer and other methods on the same recordings."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def command(
     group: Annotated[
         list[str] | None,
         typer.Option(
-            '--group', metavar='NAME', help='Drives of this group, as logs: real ones; repeatable.'
+            '--group', metavar='NAME', help='Group of recordings, e.g. logs (real); repeatable.'
         ),
     ] = None,
     maps: Annotated[
-        int, typer.Option('--maps', min=0, help="Real robots' maps on real drawings.")
+        int, typer.Option('--maps', min=0, help='Real robot maps on real drawings.')
     ] = 40,
     workers: options.WorkersOption = 1,
     data: options.RealDataOption = Path('../shared/data'),
@@ -39,13 +39,13 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Compare the localizer with other ways to a pose, on the same drives, maps and plans.
+    Compare the localizer with other methods on the same recordings, maps and plans.
 
-    Monte Carlo localisation, correlative search, branch and bound, and the paper's matching with
-    RANSAC get the same submaps, odometry and plans; so do KISS-Matcher and MapClosures, of the
-    extra peers, where they are installed. On each drive a plan of another building comes as well.
-    The drives are the first of fpnet bench localization. All that need no drive also place real
-    robots' maps, whole and in part, on real drawings: those of fpnet bench matching --set robot.
+    Monte Carlo localization, correlative search, branch and bound, and the paper's matching with
+    RANSAC use the same submaps, odometry and plans, and so do KISS-Matcher and MapClosures (extra
+    peers), if installed. Each recording is also run on a plan of another building. The recordings
+    are the first of fpnet bench localization. Methods that need no recording also place real robot
+    maps, complete and cropped, on real drawings, as in fpnet bench matching --set robot.
 
     Example: fpnet bench peers --limit 12 --work out/peers --json out/peers.json
 
@@ -59,7 +59,7 @@ def command(
 
     clouds = installed()
     for name in sorted(set(CLOUD_METHODS) - set(clouds)):
-        common.say(f"without {name}: pip install 'fpnet_ros[peers]'", json_path)
+        common.say(f"{name} is skipped: pip install 'fpnet_ros[peers]'", json_path)
     cases = select(make_suite(tree.seed), group, limit)
     jobs = [Job(case, tree, tree.seed, data, clouds=clouds) for case in cases]
     records, skipped = localized(jobs, work, workers, json_path)
@@ -68,13 +68,13 @@ def command(
         report['maps'] = _on_maps(data, maps, tree, clouds)
     elif maps:
         common.say(
-            f'no real maps: {data}/bormann is missing; name their folder with --data', json_path
+            f'no real maps: {data}/bormann is missing; give their folder with --data', json_path
         )
     finish('peers', json_path, report)
 
 
 def _on_maps(data: Path, limit: int, tree: FpnetConfig, clouds: tuple[str, ...]) -> dict[str, Any]:
-    """Return the figures of each method on real robots' maps of the report half."""
+    """Return the figures of each method on real robot maps of the test split."""
     from fpnet_core.matching.learned import LearnedMatcher
     from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench drawings --set real``: real drawings with the rooms, doors and scale they have."""
+"""``fpnet bench drawings --set real``: real drawings with labelled rooms, doors and scale."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def bench_real(
     plot: Path | None,
 ) -> dict[str, Any]:
     """
-    Read the drawings of the first folder's truths and return the report.
+    Parse the drawings of the truth files in the first folder and return the report.
 
-    They lie in any of the folders or in ``$FPNET_DATA/drawings``; ``half`` is ``tune`` for those
-    to develop on, else all; pictures of those to develop on are written to ``plot``.
+    The drawings are in any of the folders or in ``$FPNET_DATA/drawings``; ``half`` is ``tune`` for
+    the development split, else both are used; ``plot`` gets images of the development split.
     """
     from fpnet_lab.evaluation.real_drawings import SPLITS, bench_drawing, real_figures
     from fpnet_lab.viz.drawings import save_comparison
@@ -49,7 +49,7 @@ def bench_real(
             rows.append(row)
             advance(1.0)
             if plot and rooms is not None and pixels is not None and truth.split == SPLITS[0]:
-                labels = rooms.found[::-1], rooms.true[::-1]  # rows run down in most files
+                labels = rooms.found[::-1], rooms.true[::-1]  # most files have row 0 at the top
                 save_comparison(plot / f'{truth.name}.png', pixels, labels, sheet.caption)
     of_split = {split: [row for row in rows if row['split'] == split] for split in splits}
     figures = {split: real_figures(found) for split, found in of_split.items() if found}
@@ -57,7 +57,7 @@ def bench_real(
 
 
 def _present(folders: Sequence[Path], splits: Sequence[str]) -> list[tuple[TrueDrawing, Path]]:
-    """Return the truths whose drawings are here, with their files; says which are not."""
+    """Return the truths with existing drawings, and their files; print the missing ones."""
     from fpnet_lab.evaluation.real_drawings import find_drawing, read_truth
 
     said = os.environ.get('FPNET_DATA')
@@ -67,16 +67,16 @@ def _present(folders: Sequence[Path], splits: Sequence[str]) -> list[tuple[TrueD
     files = {truth.name: find_drawing(truth, places) for truth in wanted}
     absent = sorted({truth.file for truth in wanted if files[truth.name] is None})
     if absent:
-        where = f'{folders[0]} says where they are from, --data names a folder that holds them'
-        typer.echo(f'absent: {", ".join(absent)}; {where}', err=True)
+        where = f'{folders[0]} lists their sources; give the folder that holds them with --data'
+        typer.echo(f'missing: {", ".join(absent)}; {where}', err=True)
     present = [(truth, path) for truth in wanted if (path := files[truth.name]) is not None]
     if not present:
-        raise ConfigError(f'none of the drawings that {folders[0]} describes is here; give --data')
+        raise ConfigError(f'no drawing described in {folders[0]} was found; give --data')
     return present
 
 
 def show_real(report: dict[str, Any], json_path: Path | None) -> None:
-    """Print how each drawing was read, and the figures of each split."""
+    """Print the result of each drawing, and the figures of each split."""
     share, number = Units.SHARE.to(0, '-'), Units.NUMBER.to(2, '-')
     shares = {'precision': 'prec.', 'recall': 'rec.', 'f1': 'F1'}
     shares |= {'door_precision': 'doors prec.', 'door_recall': 'rec.'}

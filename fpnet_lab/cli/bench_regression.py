@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench regression``: does the product still answer as it did?"""
+"""``fpnet bench regression``: comparison of the product's results with stored ones."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 
 def command(
     golden: Annotated[
-        Path, typer.Option('--golden', metavar='FILE', help='What came out before.')
+        Path, typer.Option('--golden', metavar='FILE', help='Expected results.')
     ] = Path('benchmarks/regression.json'),
     is_short: Annotated[
-        bool, typer.Option('--short', help='Only 2 drives, 6 pairs of maps and 4 plans.')
+        bool, typer.Option('--short', help='Only 2 recordings, 6 pairs of maps and 4 plans.')
     ] = False,
     is_written: Annotated[
-        bool, typer.Option('--write', help='Take what comes out now as right from now on.')
+        bool, typer.Option('--write', help='Store the current results as the expected ones.')
     ] = False,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
 ) -> None:
     """
-    Compare statuses, placements and rooms of generated cases with what they were.
+    Compare statuses, placements and rooms of generated cases with expected results.
 
-    One line per difference beyond small tolerances, and exit status 1 where there is one.
-    Three minutes of one core; --short takes twenty seconds.
+    Prints a line for each difference above small tolerances; exits with 1 if there are any. It
+    takes three minutes on one core; --short takes twenty seconds.
 
     Example: fpnet bench regression
 
@@ -43,12 +43,12 @@ def command(
     """
     tree = common.load(config, settings)
     if is_written and is_short:
-        raise ConfigError('--write needs all cases; leave out --short')
+        raise ConfigError('--write needs all cases; omit --short')
     from fpnet_core.io.truth import read_json
     from fpnet_lab.evaluation.regression import COUNTS, SHORT, differences, run_regression
     from fpnet_lab.training import use_threads
 
-    expected = None if is_written else read_json(golden, 'write it anew with --write')
+    expected = None if is_written else read_json(golden, 'create it with --write')
     use_threads(1)
     counts = SHORT if is_short else COUNTS
     with progress('cases', sum(counts.values())) as advance:
@@ -66,7 +66,7 @@ def command(
 
 
 def _text(found: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return JSON with a line for each case, so that a change shows where it is."""
+    """Return JSON with one line per case, for readable diffs."""
     parts = []
     for kind, outcomes in found.items():
         rows = [f'    "{name}": {json.dumps(outcome)}' for name, outcome in outcomes.items()]

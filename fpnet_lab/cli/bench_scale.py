@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench scale``: is the scale of a drawing what its doors, rooms and walls say?"""
+"""``fpnet bench scale``: accuracy of scales estimated from doors, rooms and walls."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def command(
     """
     Estimate the scale of drawings of known scale, and compare.
 
-    Both halves of the real floorplans apart, bare and furnished; the weights have seen the tune
-    half. What they make of buildings left out is in the manifest of the weights.
+    Reports both splits of the real floorplans, bare and furnished; the weights were trained on the
+    development split. Figures on left-out buildings are in the manifest of the weights.
 
     Example: fpnet bench scale --data ../shared/data --json out/scale.json
     """

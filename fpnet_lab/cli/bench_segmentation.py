@@ -16,22 +16,22 @@ from fpnet_lab.cli.reports import finish, say_tables
 
 
 def command(
-    split: Annotated[Half, typer.Option('--split', help='Half of the real floorplans.')],
+    split: Annotated[Half, typer.Option('--split', help='Split of the real floorplans.')],
     data: Annotated[
         Path, typer.Option('--data', metavar='DIR', help='Folder of bormann and areagraph.')
     ] = Path('../shared/data'),
     limit: Annotated[
-        int | None, typer.Option('--limit', min=1, help='Use only the first maps and drives.')
+        int | None, typer.Option('--limit', min=1, help='Use only the first maps and recordings.')
     ] = None,
     submap: Annotated[
-        bool, typer.Option('--submap/--no-submap', help='Drive and cut generated recordings too.')
+        bool, typer.Option('--submap/--no-submap', help='Also segment simulated submaps.')
     ] = True,
     seed: Annotated[
         int | None,
         typer.Option(
             '--buildings-from',
             min=0,
-            help="Seed of the drives' first building; default: the split's.",
+            help="Seed of the recordings' first building; default: the split's.",
             show_default=False,
         ),
     ] = None,
@@ -40,7 +40,7 @@ def command(
     """
     Score the segmentation of floorplans, robot maps and submaps.
 
-    The tables of the documentation on screen, fractions in the JSON.
+    Prints the tables of the documentation; the JSON holds fractions.
 
     Example: fpnet bench segmentation --split report --json out/segmentation.json
     """

@@ -25,8 +25,8 @@ def command(
     """
     Measure the simulator on storeys of about 30 rooms.
 
-    Pairs are complete ones: ray casting and segmentation on both sides, written to disk. Scans
-    are sweeps of a 32-beam lidar in a furnished building.
+    Pairs are complete: ray casting, segmentation of both maps, and writing to disk. Scans are
+    sweeps of a 32-beam lidar in a furnished building.
 
     Example: fpnet bench simulator --json out/simulator.json
     """

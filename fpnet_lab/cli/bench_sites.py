@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench sites``: which storey of several, and where drawings are out of date."""
+"""``fpnet bench sites``: storey selection, outdated drawings and plan libraries."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fpnet_lab.cli.reports import finish
 
 
 class SitesPart(StrEnum):
-    """What may be measured alone."""
+    """Parts that can be measured separately."""
 
     SITES = 'sites'
     ONE = 'one'
@@ -37,19 +37,19 @@ def command(
     ] = None,
     sites: Annotated[int, typer.Option('--sites', min=1, help='Generated sites.')] = 12,
     drives: Annotated[
-        int, typer.Option('--drives', min=1, help='Drives with drawings that are out of date.')
+        int, typer.Option('--drives', min=1, help='Recordings with outdated drawings.')
     ] = 12,
     plans: Annotated[
         int, typer.Option('--plans', min=1, help='Generated plans of the library.')
     ] = 1000,
     most: Annotated[
-        int, typer.Option('--most', help='Plans of the largest library whose cost is measured.')
+        int, typer.Option('--most', help='Plans of the largest library to measure.')
     ] = 100_000,
     data: Annotated[
         Path | None,
-        typer.Option('--data', metavar='DIR', help='Also real floorplans and robots in them.'),
+        typer.Option('--data', metavar='DIR', help='Also use real floorplans and robot maps.'),
     ] = None,
-    split: Annotated[Half, typer.Option('--split', help='Half of the real ones.')] = Half.REPORT,
+    split: Annotated[Half, typer.Option('--split', help='Split of the real data.')] = Half.REPORT,
     workers: options.WorkersOption = 1,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -57,11 +57,10 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Drive on one storey of generated sites, through buildings whose drawings are out of date, and
-    in buildings whose plans are among a thousand others.
+    Localize on multi-storey sites, detect outdated drawings, and query libraries of plans.
 
-    Sites have 2 to 12 storeys, of which half share most of their walls and one in four sites has
-    two equal ones. Each drive takes about a minute.
+    Sites have 2 to 12 storeys; half of them share most of their walls, and one in four sites has
+    two equal storeys. Each recording takes about a minute.
 
     Example: fpnet bench sites --json out/sites.json
 
@@ -130,7 +129,7 @@ def _library(
             real = list(bench.real_cases(data, split, folder, tree))
             known += bench.real_plans(data, split, folder, tree)
         library = PlanLibrary.of(known)
-        bench.ask(library, cases[0])  # kernels are compiled
+        bench.ask(library, cases[0])  # compiles the kernels
         answers = [bench.ask(library, case) for case in [*cases, *real]]
         found = zip(cases, answers, strict=False)
         claims = [

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet bench speed``: how long everything takes that somebody waits for."""
+"""``fpnet bench speed``: durations of all operations that a user or a robot waits for."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class SpeedPart(StrEnum):
-    """What may be timed alone."""
+    """Parts that can be timed separately."""
 
     PLANS = 'plans'
     PAIRS = 'pairs'
@@ -45,19 +45,19 @@ def command(
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option('--seconds', min=20.0, help='Drive so long; else seven minutes.'),
+        typer.Option('--seconds', min=20.0, help='Duration of the recording; default: 7 minutes.'),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the curve of growth.')
+        Path | None, typer.Option('--plot', metavar='PNG', help='Plot times over storey areas.')
     ] = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Time plans, robot maps, a drive, the matcher, the judge and the shell; medians of five.
+    Time plans, robot maps, a recording, matcher, scorer and shell; medians of five.
 
-    Each figure stands beside its aim, which is stated for two cores with nothing else to do.
-    Real plans and robot maps are left out where --data is absent. Storeys of 300 to 50,000 m²,
-    which take some minutes, are timed where --only growth asks for them.
+    The table shows each figure with its aim, which is for two idle cores. Real plans and robot
+    maps are skipped if --data does not exist. Storeys of 300 to 50,000 m², which take some
+    minutes, are timed with --only growth.
 
     Example: fpnet bench speed --json out/speed.json
 

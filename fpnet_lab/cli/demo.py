@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-``fpnet demo``: simulate a recording, run every node over it, judge what they published.
+``fpnet demo``: simulate a recording, run all nodes on it, evaluate the published poses.
 
-The nodes are another package that the core does not know; they run in a program of their own
-(``python -m fpnet_ros.demo``), which leaves files for the judgement here.
+The nodes belong to another package that the core does not import; they run in a separate process
+(``python -m fpnet_ros.demo``), which writes files for the evaluation here.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.demo import DemoRun
 
 _SESSION_MODULE = 'fpnet_ros.demo'
-_GRACE_S = 30.0  # the session ends its nodes within half of this; chosen
+_GRACE_S = 30.0  # the session needs up to half of this to shut down its nodes; chosen
 
 
 def command(
     out: Annotated[
-        Path, typer.Option('--out', metavar='DIR', help='Folder for everything written.')
+        Path, typer.Option('--out', metavar='DIR', help='Folder for all output.')
     ] = Path('out/demo'),
     rate: Annotated[
         float, typer.Option('--rate', min=0.05, help='Recorded seconds per second.')
@@ -50,18 +50,18 @@ def command(
         ),
     ] = 'beams32',
     laser_scans: Annotated[
-        bool, typer.Option('--laser-scan', help='LaserScans in place of clouds; --sensor planar.')
+        bool, typer.Option('--laser-scan', help='LaserScans instead of clouds; --sensor planar.')
     ] = False,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
 ) -> None:
     """
-    Localise a simulated robot on a floorplan, every part a process of its own.
+    Localize a simulated robot on a floorplan, with every node in its own process.
 
-    Exits 0 if the robot was localised and no wrong pose was published. Writes report.html, which
-    plays the run and opens without a network, result.json, trajectory.png, the recording and all
-    logs to the output folder, replacing the last demo.
+    Exits with 0 if the robot was localized and no wrong pose was published. Writes report.html,
+    which plays the run and works offline, result.json, trajectory.png, the recording and all logs
+    to the output folder, and replaces the previous demo.
 
     Example: fpnet demo --seed 3
 
@@ -102,7 +102,7 @@ def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
 
 
 def _run_session(recording: Path, session: Path, rate: float, config: FpnetConfig) -> None:
-    """Run the nodes; raises FpnetError or typer.Exit unless they worked off the recording."""
+    """Run the nodes; raise FpnetError or typer.Exit if they did not finish the recording."""
     from fpnet_core.config_docs import render_yaml
 
     session.mkdir(parents=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Options that several subcommands of ``fpnet train-*`` and ``fpnet bench`` share."""
+"""Options shared by several subcommands of ``fpnet train`` and ``fpnet bench``."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ _T = TypeVar('_T')
 
 
 class Half(StrEnum):
-    """Half of the real buildings: one to choose parameters on, one for published figures."""
+    """Split of the real buildings: development, or test for published figures."""
 
     TUNE = 'tune'
     REPORT = 'report'
 
 
-_TUNE_DATA = typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.')
+_TUNE_DATA = typer.Option('--data', metavar='DIR', help='Shared data; uses development split.')
 TuneDataOption = Annotated[Path, _TUNE_DATA]
 MaybeTuneDataOption = Annotated[Path | None, _TUNE_DATA]
 RunOption = Annotated[
-    Path, typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.')
+    Path, typer.Option('--out', metavar='DIR', help='Folder of the run; resumed if it exists.')
 ]
 ShareOption = Annotated[
-    float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the data.')
+    float, typer.Option('--share', min=0.001, max=1.0, help='Share of the data to generate.')
 ]
 WorkersOption = Annotated[int, typer.Option('--workers', min=1, help='Processes.')]
 RealDataOption = Annotated[
     Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
 ]
 WorkOption = Annotated[
-    Path | None, typer.Option('--work', metavar='DIR', help='Keeps finished cases, to go on from.')
+    Path | None, typer.Option('--work', metavar='DIR', help='Caches finished cases for resuming.')
 ]
 
 
 def named(what: str, name: str, known: Mapping[str, _T]) -> _T:
     """
-    Return what the user has named.
+    Return the entry of ``known`` with the user's ``name``.
 
     Raises
     ------
     ConfigError
-        If nothing has that name.
+        If there is no such entry.
     """
     if name not in known:
         raise ConfigError(f'unknown {what} {name!r}; choose one of {", ".join(known)}')
@@ -57,7 +57,7 @@ def named(what: str, name: str, known: Mapping[str, _T]) -> _T:
 
 
 def _completed_by(module: str, mapping: str) -> Callable[[str], list[str]]:
-    """Return what completes the names that a mapping of a module has; loads it when asked."""
+    """Return a completion of the keys of a module's mapping; it imports the module when used."""
 
     def complete(incomplete: str) -> list[str]:
         known = getattr(import_module(f'fpnet_lab.sim.{module}'), mapping)

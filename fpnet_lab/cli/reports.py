@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What benchmarks and fits say on the screen and of how they were made."""
+"""Output of benchmarks and fits: printed tables, and reports with their provenance."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ _begun: list[Provenance] = []
 
 
 def begin() -> None:
-    """Note what is run, and of which commit, before anybody commits another one."""
+    """Store command and commit of this run, before HEAD can change."""
     _begun[:] = [Provenance.now()]
 
 
 def script_parser(description: str | None) -> ArgumentParser:
-    """Return the parser of a benchmark's script, with ``--json``; it has begun."""
+    """Return the argument parser of a benchmark script, with ``--json``; calls ``begin``."""
     begin()
     parser = ArgumentParser(description=description)
-    parser.add_argument('--json', type=Path, metavar='OUT', help='write what was measured there')
+    parser.add_argument('--json', type=Path, metavar='OUT', help='write the report to this file')
     return parser
 
 
 def write_report(path: Path | None, report: dict[str, Any]) -> None:
-    """Write ``--json`` where it is asked for, with what ``begin`` noted; NaN becomes null."""
+    """Write the ``--json`` report, if requested, with the provenance; NaN becomes null."""
     made = _begun[0] if _begun else Provenance.now()
     plain = json.loads(json.dumps(report), parse_constant=lambda _: None)
     common.write_json(path, made.in_report(plain))
@@ -44,18 +44,18 @@ def write_report(path: Path | None, report: dict[str, Any]) -> None:
 def show(
     table: Table, json_path: Path | None, title: str | None = None, width: int | None = None
 ) -> None:
-    """Print a table, unless ``--json -`` has stdout."""
+    """Print a table, unless ``--json -`` uses stdout."""
     common.show_table(table.titles, table.rows, json_path, title, width)
 
 
 def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
-    """Write a benchmark's report as ``--json``, and print the tables that pages have of it."""
+    """Write a benchmark's report as ``--json``, and print its tables of the documentation."""
     write_report(path, report)
     say_tables(name, path, report)
 
 
 def say_tables(name: str, path: Path | None, report: dict[str, Any]) -> None:
-    """Print the tables that pages have of a benchmark's report."""
+    """Print the documentation's tables of a benchmark's report."""
     from fpnet_lab.evaluation.published.makers import figures_of
 
     for table in figures_of(name, report)[0].values():
@@ -63,7 +63,7 @@ def say_tables(name: str, path: Path | None, report: dict[str, Any]) -> None:
 
 
 def print_scores(items: Iterable[Item], scores: Callable[[Item], Sequence[Score]]) -> list[Item]:
-    """Print a Markdown table, a row for each item as it comes; returns the items."""
+    """Print a Markdown table with one row per item as items arrive; return the items."""
     kept: list[Item] = []
     for item in items:
         lines = Table.of_scores([scores(item)]).markdown().splitlines()
@@ -73,7 +73,7 @@ def print_scores(items: Iterable[Item], scores: Callable[[Item], Sequence[Score]
 
 
 def say_figures(figures: Mapping[str, Any], **drawn: Any) -> dict[str, Any]:
-    """Print what a fit found, and return it for the manifest with what it was ``drawn`` from."""
+    """Print the figures of a fit; return them for the manifest with the facts ``drawn``."""
     for name, value in figures.items():
         typer.echo(f'{name}: {value:.3g}' if isinstance(value, float) else f'{name}: {value}')
     return {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}

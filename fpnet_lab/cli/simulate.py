@@ -53,7 +53,7 @@ def plan(
         typer.Option(
             '--style',
             metavar='NAME',
-            help='Look of the drawing, as sketch.',
+            help='Drawing style, for example sketch.',
             autocompletion=complete_style,
         ),
     ] = 'clean',
@@ -67,7 +67,7 @@ def plan(
         int, typer.Option('--max-rooms', min=1, help='Most rooms.')
     ] = DEFAULT_ROOMS[1],
     max_area_m2: Annotated[
-        float | None, typer.Option('--max-area', min=1.0, help='Most floor area of all rooms.')
+        float | None, typer.Option('--max-area', min=1.0, help='Largest total floor area [m²].')
     ] = None,
 ) -> None:
     """

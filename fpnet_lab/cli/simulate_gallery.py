@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 PAIRS = 9
 SHEETS = 4
-"""Of a kind. Chosen."""
+"""Number of pairs, and of sheets of a kind. Chosen."""
 CELL_M, FINE_CELL_M = 0.08, 0.04
-"""Cell edge of drawings among many, and of one storey in every style. Chosen."""
+"""Cell size of drawings of many storeys, and of one storey in every style. Chosen."""
 MAX_ROOMS = 45
-"""Larger storeys cannot be made out on the sheet. Chosen."""
+"""Most rooms of a storey; larger ones are illegible on the sheet. Chosen."""
 
 
 def command(
@@ -35,11 +35,11 @@ def command(
         ),
     ] = None,
     sheets: Annotated[
-        bool, typer.Option('--sheets', help='Sheets as people have them, of every kind.')
+        bool, typer.Option('--sheets', help='Draw realistic sheets of every kind.')
     ] = False,
 ) -> None:
     """
-    Draw a sheet of generated floorplans in several styles, and of matching pairs.
+    Draw generated floorplans in several styles and matching pairs on one sheet.
 
     Example: fpnet simulate gallery --out sheet.png --seed 1
 
@@ -65,7 +65,7 @@ def command(
 
 
 def _draw_sheets(out: Path, seed: int) -> None:
-    """Draw sheets of every kind, a row for each."""
+    """Draw sheets of every kind, one row per kind."""
     from fpnet_lab.sim.sheets import STANDARD_KINDS, draw_sheet
     from fpnet_lab.viz.drawings import save_contact_sheet
 

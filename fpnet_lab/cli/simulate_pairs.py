@@ -33,7 +33,7 @@ SplitOption = Annotated[
     typer.Option(
         '--split',
         metavar='tune|report',
-        help="Use only that half of the labelled real storeys, by the files' names.",
+        help='Use only this split of the labelled real storeys, by file name.',
     ),
 ]
 
@@ -65,7 +65,7 @@ def command(
     split: SplitOption = None,
     seed: common.SeedOption = 0,
     shard: Annotated[
-        str, typer.Option('--shard', metavar='I/N', help='Write every N-th block only, from I on.')
+        str, typer.Option('--shard', metavar='I/N', help='Write only every N-th block, from I on.')
     ] = '0/1',
     workers: options.WorkersOption = 1,
     cluster: Annotated[
@@ -76,9 +76,9 @@ def command(
     ] = None,
 ) -> None:
     """
-    Write pairs of a floorplan's and a partial robot map's region graphs with the true matches.
+    Write pairs of region graphs of a floorplan and a partial robot map, with true matches.
 
-    Blocks that exist are kept: call it again to go on, with a larger count to add pairs.
+    Existing blocks are kept: a second run resumes the first, or adds pairs with a larger count.
 
     Example: fpnet simulate pairs --out runs/pairs --count 10000 --seed 1 --workers 2
 
@@ -94,7 +94,7 @@ def command(
         raise ConfigError(f'--preset {preset} needs real floorplans; give --plans PATH')
     total = count or chosen.pair_count(len(source) if source is not None else 0)
     if total is None:
-        raise ConfigError(f'--preset {preset} names no number of pairs; give --count')
+        raise ConfigError(f'--preset {preset} has no default number of pairs; give --count')
     pairs = sum(shard_blocks(total, part, parts).values())
     with progress('pairs', total=pairs) as advance:
         written = write_pairs(
@@ -117,7 +117,7 @@ def _given_plans(
 ) -> GivenPlans | None:
     if not paths:
         if split is not None:
-            raise ConfigError('--split chooses among real floorplans; give --plans PATH')
+            raise ConfigError('--split selects real floorplans; give --plans PATH')
         return None
     from fpnet_lab.sim.pairs.presets import in_split
     from fpnet_lab.sim.plans.sources import GivenPlans, read_plans
@@ -133,16 +133,16 @@ def parse_shard(text: str) -> tuple[int, int]:
     first, _, second = text.partition('/')
     if first.isdecimal() and second.isdecimal() and int(first) < int(second):
         return int(first), int(second)
-    raise ConfigError(f'--shard {text}: expected I/N with 0 <= I < N, as 0/4')
+    raise ConfigError(f'--shard {text}: expected I/N with 0 <= I < N, for example 0/4')
 
 
 def features_command(
     data: Annotated[Path, typer.Argument(metavar='DIR', help='Folder of pairs.')],
 ) -> None:
     """
-    Compute the features of stored pairs anew, after an update that changed their layout.
+    Recompute the features of stored pairs, after an update that changed their layout.
 
-    The pairs themselves stay; nothing is simulated or segmented again.
+    The pairs are not changed: nothing is simulated or segmented again.
 
     Example: fpnet simulate features runs/pairs
     """

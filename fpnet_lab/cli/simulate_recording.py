@@ -31,15 +31,13 @@ def command(
         typer.Option(
             '--family',
             metavar='NAME',
-            help='Layout of the building; default: drawn.',
+            help='Layout family of the building; default: random.',
             autocompletion=complete_family,
         ),
     ] = None,
     wheels: Annotated[
         bool,
-        typer.Option(
-            '--wheels', help='Add wheel odometry, which is then used instead of scan matching.'
-        ),
+        typer.Option('--wheels', help='Add wheel odometry, which then replaces scan matching.'),
     ] = False,
     imu: Annotated[
         bool, typer.Option('--imu', help='Add the angular rates of a gyroscope in the lidar.')
@@ -64,14 +62,12 @@ def command(
     ] = 'plain',
     plan: Annotated[
         Path | None,
-        typer.Option(
-            '--floorplan', metavar='F', help='Raise the building of this drawing or map.'
-        ),
+        typer.Option('--floorplan', metavar='F', help='Use the building on this drawing or map.'),
     ] = None,
     mesh: Annotated[
         Path | None,
         typer.Option(
-            '--mesh', metavar='FILE', help='Drive through this PLY, OBJ or STL mesh; metres, z up.'
+            '--mesh', metavar='FILE', help='Use this PLY, OBJ or STL mesh; metres, z up.'
         ),
     ] = None,
     storage: Annotated[
@@ -89,23 +85,23 @@ def command(
     ] = 'beams32',
     laser_scans: Annotated[
         bool,
-        typer.Option('--laser-scan', help='LaserScans on /scan, of a planar sensor.'),
+        typer.Option('--laser-scan', help='LaserScans on /scan, from a planar sensor.'),
     ] = False,
     json_path: common.JsonOption = None,
 ) -> None:
     """
     Write a lidar recording in a building, the building's floorplan, and the truth.
 
-    The building is generated, with an inexact floorplan; --floorplan raises that of your own one;
-    --mesh takes a building as it is, and --floorplan is then its plan in the same x and y.
+    By default the building is generated, with an inexact floorplan. --floorplan uses the building
+    on your drawing; with --mesh, --floorplan is the mesh's plan in the same x and y.
 
     Writes bag/ (PointCloud2 or LaserScan at 10 Hz), floorplan.yaml with its image, truth.tum (true
-    sensor poses in the building) and truth.json (how the floorplan is distorted).
+    sensor poses in the building) and truth.json (distortion of the floorplan).
 
     Example: fpnet simulate recording --out out/recording --seed 3 --sensor beams16
     """
     if family is not None and (plan or mesh):
-        raise ConfigError('--family is for generated buildings; leave out --floorplan and --mesh')
+        raise ConfigError('--family is for generated buildings; omit --floorplan and --mesh')
     from fpnet_lab.sim.drives.mesh_worlds import read_mesh
     from fpnet_lab.sim.drives.recording import make_recording, write_recording
 

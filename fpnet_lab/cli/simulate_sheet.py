@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet simulate sheet``: a floorplan as people have it, in every format, with the truth."""
+"""``fpnet simulate sheet``: a realistic floorplan sheet in every format, with the truth."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ def command(
         common.choice(
             '--kind',
             _Kind,
-            'A bare plan, a CAD plot, a coloured sheet, a scan, a photograph, or any mix of them.',
+            'A bare plan, a CAD plot, a coloured sheet, a scan, a photograph, or a random mix.',
         ),
     ] = 'office',
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Draw a sheet with a generated storey as people have it, in every format.
+    Draw a realistic sheet with a generated storey, in every format.
 
-    The folder gets sheet.png and .jpg, the same sheet as sheet.pdf, .svg and .dxf (as drawn: a
-    scan's or phone picture's before that), truth.json (rooms, doors, the way from building metres
-    to pixels and to each file's units), rooms.png (true rooms in pixels), and plan.yaml: the
-    storey as a clean map_server floorplan. Of a varied sheet the vector files have what is in the
-    building; what is drawn around and over it is in the pictures alone.
+    The folder gets sheet.png and .jpg, the same sheet as sheet.pdf, .svg and .dxf (for scans and
+    phone pictures before the scan), truth.json (rooms, doors, transforms from building metres to
+    pixels and to each file's units), rooms.png (true rooms in pixels), and plan.yaml: the storey
+    as a clean map_server floorplan. Vector files of a varied sheet hold the building only; its
+    surroundings and overlays are in the images only.
 
     Example: fpnet simulate sheet --seed 3 --kind office --out out/sheet
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet simulate stats``: generated storeys against real ones."""
+"""``fpnet simulate stats``: comparison of generated and real storeys."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def command(
     """
     Compare generated storeys with hand-labelled real ones: percentiles and a classifier's AUC.
 
-    Both sides are label rasters and pass through the same code. The real storeys are the tune
-    half of the data.
+    Both are label rasters and are measured by the same code. The real storeys are those of the
+    development split.
 
     Example: fpnet simulate stats --plot stats.png --json stats.json
     """
@@ -68,8 +68,8 @@ def command(
     finish('statistics', json_path, counts | _result(rows, percentile_errors(rows), told))
     features = sorted(told.importance, key=lambda name: -told.importance[name])
     common.say(
-        f'\na classifier tells real regions from generated ones with AUC {told.auc:.2f} '
-        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
+        f'\na classifier separates real from generated regions with AUC {told.auc:.2f} '
+        f'(spread over folds {told.spread:.2f}); main features: {", ".join(features[:3])}',
         json_path,
     )
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train``: what makes the weights, one module ``train_<name>.py`` each."""
+"""``fpnet train``: registers the training commands, one module ``train_<name>.py`` each."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train covariance``: fit how far a published pose may be off."""
+"""``fpnet train covariance``: fit the covariance of published poses."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from fpnet_lab.cli.reports import say_figures
 def command(
     out: Annotated[
         Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; its drives are kept.'),
+        typer.Option('--out', metavar='DIR', help='Folder of the run; its recordings are cached.'),
     ],
     drives: Annotated[
-        int, typer.Option('--drives', min=2, help='Buildings to drive through, to fit to.')
+        int, typer.Option('--drives', min=2, help='Recordings for the fit, one per building.')
     ] = 20,
     measured: Annotated[
-        int, typer.Option('--measured', min=0, help='Buildings of the next seed, to measure on.')
+        int, typer.Option('--measured', min=0, help='Recordings of the next seed for the figures.')
     ] = 14,
     seed: common.SeedOption = 7,
     config: common.ConfigOption = None,
 ) -> None:
     """
-    Drive through generated buildings on rough drawings and fit the covariance of poses to them.
+    Simulate recordings on rough drawings and fit the covariance of poses to them.
 
-    Prints what the covariances hold on buildings that were left out, and on those of the next
-    seed, and writes covariance.json. Called again, it goes on where it was.
+    Prints the consistency on left-out buildings and on those of the next seed, and writes
+    covariance.json. A second run resumes the first.
 
     Example: fpnet train covariance --out runs/covariance
     """

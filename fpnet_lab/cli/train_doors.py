@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train doors``: fit what tells doors from lines inside of rooms."""
+"""``fpnet train doors``: fit the model that separates doors from lines inside rooms."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def command(
     seed: common.SeedOption = 0,
 ) -> None:
     """
-    Gather maps with known rooms, real and generated, and fit the model of doors to them.
+    Generate training maps with known rooms, real and simulated, and fit the door model.
 
-    Prints what it finds on buildings that were left out, and writes doors.safetensors with its
-    manifest. Called again, it goes on where it was.
+    Prints the accuracy on left-out buildings, and writes doors.safetensors with its manifest. A
+    second run resumes the first.
 
     Example: fpnet train doors --data ../shared/data --out runs/doors
     """
@@ -36,7 +36,7 @@ def command(
     tasks = list(door_tasks(data, settings.seed, DoorAmounts().scaled(share)))
     with progress('maps', total=len(tasks)) as advance:
         samples = gather_samples(out / 'samples', tasks, workers, advance)
-    use_threads(1)  # small products: more threads wait for each other
+    use_threads(1)  # the matrices are small: more threads only wait for each other
     with progress('leaving out', total=settings.folds) as advance:
         figures = held_back_figures(samples, settings, advance)
     facts = say_figures(figures, samples=len(samples), share=share)

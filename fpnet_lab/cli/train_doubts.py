@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train doubts``: fit what tells a drawing that was read wrongly."""
+"""``fpnet train doubts``: fit the parse quality model."""
 
 from __future__ import annotations
 
@@ -18,20 +18,18 @@ def command(
     out: options.RunOption,
     buildings: Annotated[
         int,
-        typer.Option('--buildings', min=6, help='Generated, each on six kinds of sheets.'),
+        typer.Option('--buildings', min=6, help='Buildings, each on six kinds of sheets.'),
     ] = 60,
     workers: options.WorkersOption = 2,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
     """
-    Read generated sheets, compare with the truth, and fit what doubts a reading.
+    Parse generated sheets, compare with the truth, and fit the parse quality model.
 
-    Prints how well readings of left-out buildings are told right or wrong, and from pictures of
-    other things, and writes doubts.json, which holds the probabilities from which on a reading is
-    doubted and a picture is no floorplan. Run it after
-    whatever changes how drawings are read, into a new folder. Called again, it goes on where it
-    was.
+    Prints how well the model detects wrong parses of left-out buildings and images that are no
+    floorplans, and writes doubts.json with both thresholds. Run it into a new folder after every
+    change of the parser. A second run resumes the first.
 
     Example: fpnet train doubts --out runs/doubts
     """
@@ -50,7 +48,7 @@ def command(
     seeds = range(FIRST_SEED, FIRST_SEED + buildings)
     with progress('sheets', total=14.0 * buildings) as advance:
         trials = gather_trials(out / 'trials', seeds, tree.segmentation, workers, advance)
-    use_threads(1)  # small products: more threads wait for each other
+    use_threads(1)  # the matrices are small: more threads only wait for each other
     with progress('leaving out', total=2.0 * settings.folds) as advance:
         model, held_out = fit_doubts(trials, settings, advance)
     figures = held_out_figures(trials, held_out, model)

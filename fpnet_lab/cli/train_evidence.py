@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train evidence``: fit what judges the placements that the matcher finds."""
+"""``fpnet train evidence``: fit the evidence model of the matcher's placements."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def command(
     ],
     weights: Annotated[
         Path | None,
-        typer.Option('--weights', metavar='FILE', help='Of the network; default: packaged.'),
+        typer.Option('--weights', metavar='FILE', help='Network; default: packaged.'),
     ] = None,
 ) -> None:
     """
-    Fit the evidence model of consensus to pairs that the network has not learned from.
+    Fit the evidence model of consensus to pairs that the network was not trained on.
 
     Writes matcher.safetensors, the same network with the new model in its manifest. fpnet train
-    fits one to the pairs that it holds back; this does so again, on pairs of several kinds.
+    matcher fits the model to its held-back pairs; this command uses pairs of several kinds.
 
     Example: fpnet train evidence --data runs/tours --data runs/clips --out runs/evidence
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train finetune``: adapt the shipped network to one building."""
+"""``fpnet train finetune``: adapt the packaged network to one building."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def command(
     device: common.DeviceOption = 'cpu',
 ) -> None:
     """
-    Simulate robot maps in one building and train the shipped network on them.
+    Simulate robot maps in one building and train the packaged network on them.
 
     Use the result with --set matcher.weights=OUT/run/matcher.safetensors.
 
@@ -56,4 +56,4 @@ def command(
     fit_and_calibrate(dataset, training, out / 'run', device, initial=initial, by_plan=False)
 
 
-_LEARNING_RATE, _BATCH_SIZE = 5e-4, 8  # a third of the rate that made the shipped weights; chosen
+_LEARNING_RATE, _BATCH_SIZE = 5e-4, 8  # a third of the packaged weights' learning rate; chosen

@@ -37,7 +37,7 @@ TrainingSetOption = Annotated[
     typer.Option(
         '--set',
         metavar='KEY=VALUE',
-        help='Override a training setting, as network.width=64; repeatable.',
+        help='Override a training setting, for example network.width=64; repeatable.',
     ),
 ]
 EpochsOption = Annotated[
@@ -48,14 +48,14 @@ LimitOption = Annotated[
 ]
 PresetOption = Annotated[
     TrainingPreset,
-    typer.Option('--preset', help="Network and losses: ours, the paper's, its backbone."),
+    typer.Option('--preset', help="Network and losses: ours, the paper's, or its backbone."),
 ]
 InitOption = Annotated[
     Path | None,
-    typer.Option('--init', metavar='FILE', help='Start from this checkpoint of equal shape.'),
+    typer.Option('--init', metavar='FILE', help='Start from a checkpoint of equal shape.'),
 ]
 ThreadsOption = Annotated[
-    int, typer.Option('--threads', min=1, help='CPU threads; more only help on idle cores.')
+    int, typer.Option('--threads', min=1, help='CPU threads; more help on idle cores only.')
 ]
 
 
@@ -74,7 +74,7 @@ def command(
     """
     Train the matching network and write matcher.safetensors with its manifest.
 
-    Stops early when held-back plans no longer improve; called again, it goes on where it was.
+    Stops early when held-back plans no longer improve; a second run resumes the first.
     Curves: tensorboard --logdir RUN. Several GPUs or machines: torchrun --nproc-per-node 2
     --no-python fpnet train matcher ...
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train parser``: train the network that parses pictures of floorplans."""
+"""``fpnet train parser``: train the network that parses images of floorplans."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ def command(
     data: options.MaybeTuneDataOption = None,
     steps: Annotated[int, typer.Option('--steps', min=0, help='Batches.')] = 12_000,
     minutes: Annotated[
-        float, typer.Option('--minutes', min=0.0, help='End after so long; 0: after all steps.')
+        float, typer.Option('--minutes', min=0.0, help='Time limit; 0: none.')
     ] = 0.0,
-    batch: Annotated[int, typer.Option('--batch', min=1, help='Drawings a batch.')] = 8,
+    batch: Annotated[int, typer.Option('--batch', min=1, help='Drawings per batch.')] = 8,
     side: Annotated[
-        int, typer.Option('--side', min=128, help='Pixels of a view, a multiple of 64.')
+        int, typer.Option('--side', min=128, help='Side of a view in pixels, a multiple of 64.')
     ] = 448,
     workers: Annotated[
-        int, typer.Option('--workers', min=1, help='Processes that draw sheets.')
+        int, typer.Option('--workers', min=1, help='Processes that generate sheets.')
     ] = 1,
     start: Annotated[
         Path | None,
-        typer.Option('--start', metavar='FILE', help='Begin with a parser.onnx.xz.'),
+        typer.Option('--start', metavar='FILE', help='Start from this parser.onnx.xz.'),
     ] = None,
     half: Annotated[
         bool,
-        typer.Option('--half', help='Half precision: faster on processors that compute bfloat16.'),
+        typer.Option('--half', help='Half precision: faster on CPUs with bfloat16 support.'),
     ] = False,
     held: Annotated[
-        int, typer.Option('--held', min=1, help='Sheets of each kind to measure on.')
+        int, typer.Option('--held', min=1, help='Held-out sheets of each kind for the figures.')
     ] = 10,
     device: common.DeviceOption = 'cpu',
     seed: common.SeedOption = 0,
 ) -> None:
     """
-    Draw sheets with their truth while training what parses them.
+    Train the parser network on sheets generated during training.
 
-    Writes parser.onnx.xz and parser.json. Called again, it goes on where it was; a changed
-    number of steps changes how the learning rate falls.
+    Writes parser.onnx.xz and parser.json. A second run resumes the first; another number of steps
+    changes the learning rate schedule.
 
     Example: fpnet train parser --data ../shared/data --out runs/parser
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet train scale``: fit what tells the scale of a drawing or a map."""
+"""``fpnet train scale``: fit the scale model of drawings and maps."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def command(
     config: common.ConfigOption = None,
 ) -> None:
     """
-    Gather maps of known scale, real and generated, and fit the scale model to them.
+    Generate training maps of known scale, real and simulated, and fit the scale model.
 
-    Prints what its intervals hold with architects left out in turn, and writes scale.safetensors
-    with its manifest. Called again, it goes on where it was.
+    Prints interval coverage with architects left out in turn, and writes scale.safetensors with
+    its manifest. A second run resumes the first.
 
     Example: fpnet train scale --data ../shared/data --out runs/scale
     """
@@ -46,7 +46,7 @@ def command(
     tasks = list(scale_tasks(data, settings.seed, ScaleAmounts().scaled(share), tree.segmentation))
     with progress('maps', total=len(tasks)) as advance:
         samples = gather_samples(out / 'samples', tasks, tree.segmentation, workers, advance)
-    use_threads(1)  # small products: more threads wait for each other
+    use_threads(1)  # the matrices are small: more threads only wait for each other
     count = sum(len(folds(samples.where(samples.side == s), settings.folds)) for s in SIDES)
     with progress('leaving out', total=count) as advance:
         figures = held_back_figures(samples, held_back_estimates(samples, settings, advance))

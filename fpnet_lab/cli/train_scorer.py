@@ -21,16 +21,18 @@ def command(
     workers: options.WorkersOption = 2,
     without: Annotated[
         list[str] | None,
-        typer.Option('--without', help='Leave out figures named so, as rival or ben; repeatable.'),
+        typer.Option(
+            '--without', help='Disable features by part of the name, e.g. rival; repeatable.'
+        ),
     ] = None,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
     """
-    Gather trials on the development split and on generated buildings, and fit the scorer.
+    Generate trials on the development split and on generated buildings, and fit the scorer.
 
     Writes scorer.safetensors with its manifest; use it with --set
-    localizer.scorer_weights=OUT/scorer.safetensors. Called again, it goes on where it was.
+    localizer.scorer_weights=OUT/scorer.safetensors. A second run resumes the first.
 
     Example: fpnet train scorer --data ../shared/data --out runs/scorer
     """
@@ -45,7 +47,7 @@ def command(
     blocks = trial_blocks(settings.seed, data, tree, TrialAmounts().scaled(share))
     with progress('trials', total=len(blocks)) as advance:
         trials = gather_trials(out / 'trials', blocks, workers, advance)
-    use_threads(1)  # small products: more threads wait for each other
+    use_threads(1)  # the matrices are small: more threads only wait for each other
     figures = held_back_figures(trials, settings)
     facts = say_figures(figures, trials=len(trials), share=share)
     with progress('fitting', total=settings.members) as advance:

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Predict, score, report: what a run or a matcher was worth, against ground truth."""
+"""Evaluation of localization runs and matchers against ground truth."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Judge a demo: what the nodes published over a simulated recording, against the truth."""
+"""Evaluation of a demo: poses published during a simulated recording, against the truth."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from fpnet_core.types import LocalizerOutput
 @dataclass(frozen=True, eq=False)
 class DemoRun:
     """
-    A judged demo.
+    Evaluated demo.
 
     ``published`` is in the floorplan's frame and nominal metres, ``truth`` in true metres in
     ``building``; ``A_plan_building`` maps the latter to the former.
@@ -44,11 +44,11 @@ class DemoRun:
 
     @property
     def is_success(self) -> bool:
-        """True where the robot was localised and never told a wrong place."""
+        """True if the robot was localized and no wrong pose was published."""
         return self.summary.localized and self.summary.wrong_poses == 0
 
     def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
+        """Return the figures as JSON-serializable values."""
         return {
             **self.summary.as_json(),
             'scans': self.scans,
@@ -75,7 +75,7 @@ def rate_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
         scans, registered = int(session['scans']), int(session['registered_scans'])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise FpnetError(
-            f'{session_dir / SESSION_NAME} lacks or garbles {error}; run the demo again'
+            f'{session_dir / SESSION_NAME} lacks {error} or holds a bad value; run the demo again'
         ) from None
     summary = summarize_run(published, truth, tick_ms, truth, A_plan_building)
     return DemoRun(summary, published, truth, A_plan_building, scans, registered)
@@ -83,9 +83,9 @@ def rate_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
 
 def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
     """
-    Return all ticks of a session that had a submap, in sensor time.
+    Return all updates of a session that had a submap, by sensor time.
 
-    While it waits, the localizer stamps ticks with the node's clock, which is not a recording's.
+    Updates without a submap are left out: they are stamped by the node's clock.
 
     Raises
     ------

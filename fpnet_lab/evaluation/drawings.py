@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How well drawings of unknown scale are read: generated sheets of five kinds.
+Parsing of drawings of unknown scale: generated sheets of five kinds.
 
-A sheet is read from a file as a user would read it. It is *right* where the rooms agree with the
-truth (F1 of rooms with intersection over union above one half of at least :data:`GOOD_F1`) and
-the scale is within :data:`SCALE_TOLERANCE` or not called sure. It is *marked* where the reader
-refuses it or doubts its own reading. All shares are in [0, 1].
+Sheets are parsed from files, as users' are. A sheet is *right* if the rooms agree with the truth
+(F1 of rooms with intersection over union above one half of at least :data:`GOOD_F1`) and the scale
+is within :data:`SCALE_TOLERANCE` or not called sure. It is *marked* if the parser rejects it or
+returns warnings. All shares are in [0, 1].
 """
 
 from __future__ import annotations
@@ -40,37 +40,37 @@ Reader = Callable[[Path], Reading]
 
 GOOD_F1 = 0.85
 SCALE_TOLERANCE = 0.1
-"""What counts as read right; both are the aims' own. Chosen."""
+"""Limits of a right sheet, equal to those of the aims. Chosen."""
 
 FIRST_SEEDS = {'tune': 0, 'report': 1_000_000}
-"""Numerical: of each half: readers are tuned on the one and reported on the other."""
+"""Numerical: first seeds of the development split and of the test split."""
 
 PICTURE = 'picture'
-"""A picture is a PNG, of scans and phone pictures a JPEG."""
+"""File format of a picture: JPEG for scans and phone pictures, otherwise PNG."""
 
 _CELL_M = 0.05
 _MOST_CELLS = 2500
 """
-Numerical: rooms are compared on cells of so many metres, on larger sheets on so many cells a side.
+Numerical: cell size [m] and most cells per side of the raster on which rooms are compared.
 """
 
 
 @dataclass(frozen=True)
 class SheetResult:
     """
-    How one drawing was read.
+    Parser result of one drawing.
 
     Parameters
     ----------
-    kind, name : which
-    f1 : of rooms, 0 where it was refused
-    clean_f1 : of rooms on the storey's clean floorplan of true scale: what no reader can mend
-    refusal : the reader's error, empty where it read something
-    doubts : the reader's own
-    ratio : of the read scale over the true one; None where it was refused
-    low, high : what the stated interval allows ``ratio`` to be off, both 1 for the read scale
-    is_known : the scale was not estimated
-    seconds : of processor time for reading, without cutting into rooms
+    kind, name : of the drawing
+    f1 : room F1, 0 if the drawing was rejected
+    clean_f1 : room F1 on the storey's clean floorplan of true scale, an upper limit for parsers
+    refusal : the parser's error, empty without one
+    doubts : the parser's warnings
+    ratio : parsed over true scale; None if the drawing was rejected
+    low, high : limits of the stated scale interval over the parsed scale
+    is_known : whether the scale was stated, not estimated
+    seconds : processor time for parsing, without segmentation into rooms
     """
 
     kind: str
@@ -87,7 +87,7 @@ class SheetResult:
 
     @classmethod
     def of(cls, kind: str, name: str, reading: Reading, ratio: float) -> SheetResult:
-        """Return what a reading says of itself; rooms and seconds are for the caller to add."""
+        """Return the result of a parse; the caller adds the rooms' F1 and the seconds."""
         scale = reading.scale
         return cls(
             kind,
@@ -101,45 +101,45 @@ class SheetResult:
 
     @property
     def caption(self) -> str:
-        """What happened in two lines."""
+        """Result in two lines."""
         ratio = '-' if self.ratio is None else f'{self.ratio:.2f}'
-        said = self.refusal or '; '.join(self.doubts) or 'no doubts'
+        said = self.refusal or '; '.join(self.doubts) or 'no warnings'
         return f'{self.name}: F1 {self.f1:.2f}, scale times {ratio}\n{said}'
 
     @property
     def is_marked(self) -> bool:
-        """Tell whether a user was warned."""
+        """Return whether the parser warned the user."""
         return bool(self.refusal or self.doubts)
 
     @property
     def is_sure(self) -> bool:
-        """Tell whether the scale is called sure: known, or an interval within the tolerance."""
+        """Return whether the scale is called sure: known, or an interval within the tolerance."""
         is_narrow = self.low >= 1.0 - SCALE_TOLERANCE and self.high <= 1.0 + SCALE_TOLERANCE
         return self.ratio is not None and (self.is_known or is_narrow)
 
     @property
     def is_close(self) -> bool:
-        """Tell whether the scale is within the tolerance."""
+        """Return whether the scale is within the tolerance."""
         return self.ratio is not None and abs(self.ratio - 1.0) <= SCALE_TOLERANCE
 
     @property
     def is_held(self) -> bool:
-        """Tell whether the truth lies in the scale's interval."""
+        """Return whether the stated interval contains the true scale."""
         return self.ratio is not None and self.low <= 1.0 / self.ratio <= self.high
 
     @property
     def is_right(self) -> bool:
-        """Tell whether rooms and scale are right."""
+        """Return whether rooms and scale are right."""
         return self.f1 >= GOOD_F1 and (self.is_close or not self.is_sure)
 
 
 @dataclass(frozen=True, eq=False)
 class RoomComparison:
     """
-    Rooms read and true rooms on one raster.
+    Parsed and true rooms on one raster.
 
-    ``grid`` says where its cells lie on the page [m]; ``found (H, W)`` and ``true (H, W)`` hold
-    labels, 0 where there is no room.
+    ``grid`` gives the position of its cells on the page [m]; ``found (H, W)`` and ``true (H, W)``
+    hold labels, 0 outside of rooms.
     """
 
     grid: GridMap
@@ -152,11 +152,11 @@ OnRead = Callable[[Sheet, SheetResult, RoomComparison | None], None]
 
 
 def _ignore(_sheet: Sheet, _result: SheetResult, _rooms: RoomComparison | None) -> None:
-    """Do nothing with what was read."""
+    """Ignore the result of a sheet."""
 
 
 def seeds_of(half: str, count: int) -> range:
-    """Return the seeds of the first ``count`` sheets of a kind in a half."""
+    """Return the seeds of the first ``count`` sheets of a split."""
     first = FIRST_SEEDS[half]
     return range(first, first + count)
 
@@ -171,16 +171,16 @@ def bench_sheets(
     on_read: OnRead = _ignore,
 ) -> list[SheetResult]:
     """
-    Draw sheets, read each from a file and compare the rooms with the truth.
+    Generate sheets, parse each from a file and compare the rooms with the truth.
 
     Parameters
     ----------
-    read : from a file to a reading; raises FpnetError where it refuses
-    folder : where the files are written; each is deleted again
-    kinds, seeds : of the sheets, every combination
+    read : parses a file; raises FpnetError if it rejects it
+    folder : for the files; each is deleted after parsing
+    kinds, seeds : of the sheets, in every combination
     config : of the segmentation
     file_format : :data:`PICTURE`, ``pdf``, ``svg`` or ``dxf``
-    on_read : is told of each sheet as it is read
+    on_read : called with each sheet and its result
     """
     results = []
     for seed in seeds:
@@ -199,7 +199,7 @@ def read_sheet(
     config: SegmentationConfig,
     file_format: str = PICTURE,
 ) -> tuple[SheetResult, RoomComparison | None]:
-    """Read one sheet from a file in ``folder``; the comparison is None where it was refused."""
+    """Parse one sheet from a file in ``folder``; the comparison is None if it was rejected."""
     name = f'{sheet.kind.value}-{sheet.seed}'
     clean_f1 = _clean_f1(sheet, config)
     path, H_file_page = written(sheet, folder / name, file_format)
@@ -227,7 +227,7 @@ def processor_s() -> float:
 
 
 def _clean_f1(sheet: Sheet, config: SegmentationConfig) -> float:
-    """Return the best F1 of a storey's rooms on its clean floorplan."""
+    """Return the best F1 of the storeys' rooms on their clean floorplans."""
     scores = []
     for storey in sheet.storeys:
         grid = render_plan(storey.plan, _CELL_M)
@@ -237,7 +237,7 @@ def _clean_f1(sheet: Sheet, config: SegmentationConfig) -> float:
 
 
 def written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[np.float64]]:
-    """Write a sheet and return its file and the map (3, 3) from page metres to its units."""
+    """Write a sheet; return its file and the map (3, 3) from page metres to its units."""
     if file_format == PICTURE:
         path = stem.with_suffix('.jpg' if sheet.is_photo else '.png')
         return path, write_picture(sheet, path) @ sheet.H_image_page
@@ -246,13 +246,13 @@ def written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[n
 
 
 def plan_from_file(reading: Reading) -> NDArray[np.float64]:
-    """Return the homography (3, 3) from a file's own pixels or units to metres of the reading."""
+    """Return the homography (3, 3) from a file's pixels or units to metres of its parse."""
     A_pixel_file = np.vstack([reading.drawing.A_pixel_image, [0.0, 0.0, 1.0]])
     return np.asarray(reading.H_plan_image @ A_pixel_file)
 
 
 def segmented(reading: Reading, config: SegmentationConfig) -> Segmentation:
-    """Cut a reading into rooms as the localizer does, by its scale or by its doors."""
+    """Segment a parse into rooms as the localizer does, by its known or estimated scale."""
     if reading.scale.is_known:
         return reading.segmented(config)
     return segment_unknown_scale(reading.grid, config)[0]
@@ -265,9 +265,9 @@ def compared(
     most_cells: int = _MOST_CELLS,
 ) -> RoomComparison:
     """
-    Compare rooms on the whole page with the truth, or with that of the storey that fits best.
+    Compare rooms on the whole page with the truth of the storeys that fit best.
 
-    Of two storeys on a sheet a reader may read one or both. ``most_cells`` are compared a side.
+    With two storeys, a parser may parse one or both. The raster has up to ``most_cells`` per side.
     """
     width, height = sheet.artwork.size_m
     cell_m = max(_CELL_M, max(width, height) / most_cells)
@@ -293,7 +293,7 @@ def labels_at(
     H_source_grid: NDArray[np.float64],
     grid: GridMap,
 ) -> NDArray[np.int32]:
-    """Return labels ``values (H', W')`` of a raster at the cells (H, W) of another, else 0."""
+    """Return labels ``values (H', W')`` of one raster at the cells (H, W) of another, else 0."""
     rows, cols = grid.shape
     xy = grid.rc_to_xy(np.moveaxis(np.indices((rows, cols)), 0, 2))
     return values_at(values, source.xy_to_rc(map_points(H_source_grid, xy)), 0)
@@ -301,11 +301,11 @@ def labels_at(
 
 def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
     """
-    Return how many of the sheets are right, and how marks and mistakes go together.
+    Return the share of right sheets, and how warnings and mistakes coincide.
 
-    ``wrong_marked`` is the share of wrong ones that are marked, ``good_marked`` that of right
-    ones; both are None where there are none. ``clean_right`` is the share of storeys whose rooms
-    are found on a clean floorplan: a reader that reads everything has as many.
+    ``wrong_marked`` is the share of wrong sheets with warnings, ``good_marked`` that of right
+    ones; each is None without such sheets. ``clean_right`` is the share of storeys with right
+    rooms on the clean floorplan: the upper limit for a perfect parser.
     """
     right = [result for result in results if result.is_right]
     wrong = [result for result in results if not result.is_right]
@@ -327,10 +327,10 @@ def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
 
 def scale_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
     """
-    Return how good the scales are of readings that nobody doubts.
+    Return the accuracy of the scales of parses without warnings.
 
-    ``sure_and_wrong`` is the share of scales called sure that are off by more than the
-    tolerance, None where none is called sure; ``interval_holds`` is of estimated ones.
+    ``sure_and_wrong`` is the share of sure scales that are off by more than the tolerance, None
+    without sure scales; ``interval_holds`` covers estimated scales only.
     """
     read = [result for result in results if result.ratio is not None and not result.is_marked]
     sure = [result for result in read if result.is_sure]
@@ -345,7 +345,7 @@ def scale_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
 
 
 def _as_json(result: SheetResult) -> dict[str, Any]:
-    """Return what is to be known of a sheet that was read wrongly."""
+    """Return the report's entry for a wrong sheet."""
     return {
         'name': result.name,
         'f1': round(result.f1, 3),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Hand-labelled real plans with their walls redrawn in grey, and as white on black."""
+"""Parsing of hand-labelled real plans with walls redrawn in grey, and as white on black."""
 
 from __future__ import annotations
 
@@ -42,24 +42,24 @@ TONES: dict[str, int | None] = {
 """Grey levels of walls; None is white on black. Chosen."""
 
 SAME_F1 = 0.95
-"""From this agreement on, rooms are those that black walls give. Chosen."""
+"""Smallest agreement at which rooms count as those parsed from black walls. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Labels of ``rooms (H, W)`` and where ``walls (H, W)`` are."""
+    """Labels ``rooms (H, W)`` and mask ``walls (H, W)``."""
 
     rooms: NDArray[np.int32]
     walls: NDArray[np.bool_]
 
 
 def plan_names(half: str) -> tuple[str, ...]:
-    """Return the plans of a half: those for tuning, or for reporting all of them."""
+    """Return the plans of a split: ``report`` includes the plans of ``tune``."""
     return SPLITS['tune'] if half == 'tune' else (*SPLITS['tune'], *SPLITS['report'])
 
 
 def redrawn(image: NDArray[np.uint8], tone: int | None) -> NDArray[np.uint8]:
-    """Return a plan (H, W), black walls on light paper, with walls of another tone."""
+    """Return a plan (H, W), black walls on light paper, with walls in another grey level."""
     if tone is None:
         return np.asarray(255 - image, np.uint8)
     return np.maximum(image, np.uint8(tone))
@@ -74,21 +74,21 @@ def bench_plans(
     on_done: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
-    Read real plans in every tone, without their scale, and compare with labels and black walls.
+    Parse real plans in every grey level without scale; compare with labels and black walls.
 
     Parameters
     ----------
-    read : from a file to a reading
+    read : parses a file
     data : folder that holds ``bormann``
-    folder : for the files that are read
+    folder : for the parsed files
     half : ``tune`` or ``report``
     config : of the segmentation
-    on_done : is told 1.0 after every plan and tone
+    on_done : called with 1.0 after every plan and grey level
 
     Returns
     -------
-    dict for JSON: ``tones`` by name with ``as_black`` (share of plans whose rooms are those of
-    black walls), ``walls_as_black`` (share of black walls' cells that are walls), ``f1_mean``
+    dict for JSON: ``tones`` by name with ``as_black`` (share of plans with the rooms of black
+    walls), ``walls_as_black`` (share of the cells of black walls that are walls), ``f1_mean``
     against hand-drawn labels and ``marked``, and ``scale``
     """
     names = plan_names(half)
@@ -121,7 +121,7 @@ def _read(
     config: SegmentationConfig,
     name: str,
 ) -> tuple[SheetResult, _Found | None]:
-    """Return the result and what was found on the plan's own pixels, row 0 lowest."""
+    """Return the result and the rooms and walls on the plan's pixels, row 0 at the bottom."""
     started = processor_s()
     try:
         reading = read(path)
@@ -129,7 +129,8 @@ def _read(
         return SheetResult('real', name, refusal=str(error)), None
     seconds = processor_s() - started
     rows, cols = truth.shape
-    # From metres of the labelled map, row 0 lowest, to pixels of its image, row 0 at the top.
+    # From metres of the labelled map, row 0 at the bottom, to pixels of its image, row 0 at the
+    # top.
     per_m = 1.0 / CELL_M
     H_image_map = np.array([[per_m, 0.0, -0.5], [0.0, -per_m, rows - 0.5], [0.0, 0.0, 1.0]])
     H_plan_map = plan_from_file(reading) @ H_image_map
@@ -145,7 +146,7 @@ def _read(
 
 
 def _compare(found: _Found | None, black: _Found | None) -> tuple[bool, float]:
-    """Return whether the rooms are those of black walls, and the share of these walls found."""
+    """Return whether the rooms equal those of black walls, and the share of these walls found."""
     if found is None or black is None:
         return False, 0.0
     is_same = room_agreement(found.rooms, black.rooms).f1 >= SAME_F1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated robot chooses its own way until it is localised: by advice, or as others explore."""
+"""A simulated robot explores until it is localized: by guidance, or by baseline strategies."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from fpnet_lab.sim.drives.recording import Recording
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_STEP_M = 0.3  # a step, with a scan before and after it
-_TICK_M = 1.5  # between ticks
-_CLEAR_M = 0.2  # a robot keeps so far from what stands beside and before it
-_STANDING_M = 0.15  # above the floor; lower is the floor
-_LEAST_WAY_M = 1.0  # a place nearer than this has been looked from
+_STEP_M = 0.3  # length of a step, with a scan before and after it
+_TICK_M = 1.5  # between updates
+_CLEAR_M = 0.2  # clearance of the robot to obstacles beside and ahead of it
+_STANDING_M = 0.15  # above the floor; lower points are floor
+_LEAST_WAY_M = 1.0  # nearer goals are not chosen: the robot has observed from there
 _PERIOD_NS = NS_PER_S // 10
 
 
 @dataclass(frozen=True)
 class Exploration:
     """
-    How a robot fared: metres until it was localised, None where it was not, and how far off [m].
+    Result of an exploration: path until localized, None without, and the error, both in metres.
 
-    ``advised`` is the share of its choices that followed advice.
+    ``advised`` is the share of decisions that followed the guidance.
     """
 
     found_after_m: float | None
@@ -45,11 +45,11 @@ class Exploration:
 
 
 Policy = Callable[[Localizer, Array, np.random.Generator], Array | None]
-"""Returns the way to go, (P, 2) in odom, of a robot at ``T_odom_base (4, 4)``."""
+"""Returns the path to follow, (P, 2) in odom, for a robot at ``T_odom_base (4, 4)``."""
 
 
 def by_advice(localizer: Localizer, T_odom_base: Array, _: np.random.Generator) -> Array | None:
-    """Go where the localizer says; None where it says nothing."""
+    """Follow the localizer's guidance; None if there is none."""
     snapshot = localizer.snapshot
     if snapshot.plan is None:
         return None
@@ -58,12 +58,12 @@ def by_advice(localizer: Localizer, T_odom_base: Array, _: np.random.Generator) 
 
 
 def at_random(localizer: Localizer, T_odom_base: Array, rng: np.random.Generator) -> Array | None:
-    """Go to any place at the edge of what was seen."""
+    """Go to a random frontier cell."""
     return _to_frontier(localizer.output, T_odom_base, lambda lengths: rng.integers(len(lengths)))
 
 
 def to_nearest(localizer: Localizer, T_odom_base: Array, _: np.random.Generator) -> Array | None:
-    """Go to the nearest place at the edge of what was seen (Yamauchi, 1997)."""
+    """Go to the nearest frontier cell (Yamauchi, 1997)."""
     return _to_frontier(localizer.output, T_odom_base, np.argmin)
 
 
@@ -74,10 +74,10 @@ def explore(
     recording: Recording, localizer: Localizer, policy: Policy, most_m: float, seed: int
 ) -> Exploration:
     """
-    Let a robot with true odometry choose its way, at most ``most_m`` of it.
+    Let a robot with true odometry choose its path, up to a length of ``most_m``.
 
-    It begins where the recording does; ``localizer`` has the floorplan. Where a policy says
-    nothing, it goes to the nearest edge of what was seen.
+    It starts at the recording's start; ``localizer`` has the floorplan. If a policy returns no
+    path, the robot goes to the nearest frontier.
     """
     rng = np.random.default_rng((recording.seed, seed))
     robot = _Robot(recording, localizer, rng)
@@ -94,7 +94,7 @@ def explore(
 
 
 class _Robot:
-    """A robot in a recording's building; odom is where it began."""
+    """Robot in a recording's building; its start is the origin of odom."""
 
     def __init__(
         self, recording: Recording, localizer: Localizer, rng: np.random.Generator
@@ -104,27 +104,27 @@ class _Robot:
         self._pose = SE2.identity()
         self._stamp_ns = int(recording.stamps_ns[0])
         self._way: Array | None = None
-        self._look()
+        self._scan()
 
     @property
     def T_odom_base(self) -> Array:
-        """Where it is, (4, 4)."""
+        """Pose of the robot, (4, 4)."""
         return self._pose.as_matrix4()
 
     def update(self) -> LocalizerOutput:
-        """Let the localizer look."""
+        """Run an update of the localizer."""
         return self._localizer.update(self._stamp_ns)
 
     def off_m(self) -> float:
-        """Return how far the claimed place is from the true one, floorplan metres."""
+        """Return the error of the published position in floorplan metres."""
         claimed = self._localizer.output.pose(self.T_odom_base)
-        assert claimed is not None, 'it is localised'
+        assert claimed is not None, 'the status is localized'
         true = (self._T_building_odom @ self.T_odom_base)[:2, 3]
         on_plan = self._recording.A_plan_building.apply(true)
         return float(np.linalg.norm(claimed.translation - on_plan))
 
     def follow(self, way: Array | None) -> float:
-        """Drive along a way until the next tick, or something stands in it; return metres."""
+        """Follow a path until the next update or an obstacle; return the driven metres."""
         driven_m = 0.0
         for goal in [] if way is None else way[1:]:
             while (left := float(np.linalg.norm(goal - self._pose.translation))) > 0.5 * _STEP_M:
@@ -138,21 +138,21 @@ class _Robot:
         return driven_m
 
     def _go(self, yaw: float, step_m: float) -> bool:
-        """Turn and go ahead, and look; False where something stands in the way."""
+        """Turn, move ahead and scan; return False if an obstacle blocks the way."""
         x, y = self._pose.translation
         self._pose = SE2.from_xy_yaw(float(x), float(y), yaw)
-        points = self._look()
+        points = self._scan()
         x, y, z = points.T
         stands = (z > _STANDING_M - self._T_building_odom[2, 3]) & (x > 0.0)
         if (stands & (x < step_m + _CLEAR_M) & (np.abs(y) < _CLEAR_M)).any():
             return False
         ahead = self._pose.apply(np.array([step_m, 0.0]))
         self._pose = SE2.from_xy_yaw(float(ahead[0]), float(ahead[1]), yaw)
-        self._look()
+        self._scan()
         return True
 
-    def _look(self) -> NDArray[np.float32]:
-        """Cast a scan where the robot stands, give it to the localizer, and return its points."""
+    def _scan(self) -> NDArray[np.float32]:
+        """Cast a scan at the robot's pose, add it to the localizer, and return its points."""
         lidar = self._recording.lidar
         T = self._T_building_odom @ self.T_odom_base
         columns = len(lidar.model.column_times_s)
@@ -166,7 +166,7 @@ class _Robot:
 def _to_frontier(
     output: LocalizerOutput, T_odom_base: Array, choose: Callable[[Array], np.integer | int]
 ) -> Array | None:
-    """Return the way to a place at the edge of what was seen, chosen by the ways' lengths."""
+    """Return the path to a frontier cell, chosen by path length."""
     submap = output.submap
     if submap is None:
         return None
@@ -181,7 +181,7 @@ def _to_frontier(
 
 
 def _edge(ground: WayGrid, ways: Ways) -> NDArray[np.int64]:
-    """Return the reachable cells beside what was not seen, or any where there is none."""
+    """Return reachable cells next to unobserved ones; without any, all reachable cells."""
     is_far = np.isfinite(ways.length_m) & (ways.length_m > _LEAST_WAY_M)
     at_edge = grown(~ground.is_seen, 1).ravel() & is_far
     return np.flatnonzero(at_edge if at_edge.any() else is_far)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated robot with true odometry drives until it is localised for the first time."""
+"""First accepted pose of a simulated robot with true odometry."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _TICK_EVERY_S = 2.0
 @dataclass(frozen=True, eq=False)
 class FirstClaim:
     """
-    Where a drive was localised first.
+    First accepted pose of a recording.
 
-    ``path_m`` is all that there was to drive, ``found_after_m`` the path to the claim, None where
-    there was none; then ``on_plan (2,)`` is the claimed place in the floorplan's metres, and
+    ``path_m`` is the length of the whole path, ``found_after_m`` that up to the first accepted
+    pose, None without one; then ``on_plan (2,)`` is its position in floorplan metres and
     ``in_building (2,)`` the true one.
     """
 
@@ -41,7 +41,7 @@ class FirstClaim:
 
 
 def true_scans(recording: Recording) -> Iterator[tuple[int, Scan]]:
-    """Yield some scans and their numbers, with true odometry from the first pose on."""
+    """Yield every third scan with its index and true odometry relative to the first pose."""
     poses = recording.truth()
     T_odom_building = np.linalg.inv(poses[0])
     for index in range(0, len(recording), _SCAN_EVERY):
@@ -50,19 +50,19 @@ def true_scans(recording: Recording) -> Iterator[tuple[int, Scan]]:
 
 
 def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
-    """Drive a recording with true odometry until its localizer, whose plan is set, claims."""
+    """Replay a recording with true odometry until the localizer, with its plan set, accepts."""
     truth = recording.truth()[:, :2, 3]
     path_m = lengths_along(truth).tolist()
     tick_every_ns = int(_TICK_EVERY_S * NS_PER_S)
     next_update_ns = int(recording.stamps_ns[0]) + tick_every_ns
     for index, scan in true_scans(recording):
-        assert scan.T_odom_sensor is not None, 'this odometry knows it'
+        assert scan.T_odom_sensor is not None, 'set by true_scans'
         localizer.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
         if scan.stamp_ns < next_update_ns:
             continue
         next_update_ns = scan.stamp_ns + tick_every_ns
         if localizer.update(scan.stamp_ns).status is Status.LOCALIZED:
             pose = localizer.output.pose(scan.T_odom_sensor)
-            assert pose is not None, 'it is localised'
+            assert pose is not None, 'the status is localized'
             return FirstClaim(path_m[-1], path_m[index], pose.translation, truth[index])
     return FirstClaim(path_m[-1])

@@ -23,11 +23,10 @@ _REMEDY = 'give the folder radish of the shared data'
 @dataclass(frozen=True, eq=False)
 class FittedTruth:
     """
-    Where a laser log lies on its floorplan.
+    Placement of a laser log on its floorplan.
 
-    ``plan`` is the drawing as the localizer must get it: flipped where the stored drawing is a
-    mirror image of the building. ``A_plan_log`` maps the log's own metres to the plan's nominal
-    ones; it is a fit, not a survey.
+    ``plan`` is the drawing for the localizer: flipped if the stored drawing is a mirror image of
+    the building. ``A_plan_log`` maps log metres to nominal plan metres; it is a fit, not a survey.
     """
 
     log: Path
@@ -65,7 +64,7 @@ def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
 
 
 def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:
-    """World metres to pixels of the stored robot map (x right, y down)."""
+    """Return the map from world metres to pixels of the stored robot map (x right, y down)."""
     resolution = raster['resolution_m_per_px']
     width, height = raster['size_px']
     x0, y0 = raster['world_min_xy']

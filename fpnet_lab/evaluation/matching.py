@@ -3,9 +3,9 @@
 """
 Compare region matchers on the same pairs of graphs, in two stages.
 
-``predict`` runs a method and keeps what it said; ``score`` computes every figure from that, so
+``predict`` runs a method and keeps its predictions; ``score`` computes every figure from them, so
 that a new figure needs no new run. A transform is a similarity by RANSAC over the centroids of the
-matched regions, as in the paper, unless a method answers with placements of its own.
+matched regions, as in the paper, unless a method returns its own placements.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from fpnet_lab.metrics import (
 from fpnet_lab.metrics.placement import AUC_DEGREES
 from fpnet_lab.sim.pairs.pair import MatchingPair
 
-# Placements of at least this probability are claims. Chosen.
+# Smallest probability of an accepted placement. Chosen.
 _CLAIMED = 0.5
-# Numerical: calls that warm caches and lazily built kernels before time is taken.
+# Numerical: untimed calls that fill caches and compile kernels.
 _WARM_UP = 3
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """What one method said: matches [plan, sub] and their scores, matrix ``(3, 3)``, time."""
+    """Prediction of one method: matches [plan, submap], scores, matrix ``(3, 3)``, time."""
 
     pairs: list[list[int]]
     scores: list[float]
@@ -53,7 +53,7 @@ class Prediction:
 
     @property
     def placement(self) -> Affine2D | None:
-        """The transform from the submap to the plan, if there is one."""
+        """Transform from the submap to the plan; None without one."""
         return None if self.matrix is None else Affine2D.from_matrix(np.array(self.matrix))
 
 
@@ -62,7 +62,7 @@ def predict(
     matchers: Mapping[str, RegionMatcher],
     on_pairs: Callable[[float], None] = lambda count: None,
 ) -> dict[str, list[Prediction]]:
-    """Run every matcher on every pair; one list per matcher, in the order of the pairs."""
+    """Run every matcher on every pair; return one list per matcher in the order of pairs."""
     said: dict[str, list[Prediction]] = {name: [] for name in matchers}
     for index, pair in enumerate(pairs):
         for name, matcher in matchers.items():
@@ -79,7 +79,7 @@ def predict(
 def predict_one(
     matcher: RegionMatcher, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float
 ) -> Prediction:
-    """Return what ``matcher`` says about two graphs; only the match is timed."""
+    """Return the prediction of ``matcher`` for two graphs; only the match is timed."""
     start = time.perf_counter()
     result = matcher.match(plan, sub, explored_area_m2)
     elapsed_ms = 1e3 * (time.perf_counter() - start)
@@ -106,11 +106,10 @@ def score(
     """
     Return the figures of every method.
 
-    Fractions in [0, 1]: ``auc1``, ``auc10``, ``auc20``, ``ms`` and ``ts`` as the paper has them;
-    ``match_precision``, ``match_recall`` and ``match_f1`` pooled over all regions;
-    ``match_ece`` the calibration error of the matches' scores; ``recall_1m_10deg`` and
-    ``recall_05m_5deg`` in the plan's metres. ``ms_per_pair`` is the median time of one match in
-    milliseconds.
+    Fractions in [0, 1]: ``auc1``, ``auc10``, ``auc20``, ``ms`` and ``ts`` as in the paper;
+    ``match_precision``, ``match_recall`` and ``match_f1`` pooled over all regions; ``match_ece``,
+    the calibration error of match scores; ``recall_1m_10deg`` and ``recall_05m_5deg`` in plan
+    metres. ``ms_per_pair`` is the median time of one match in milliseconds.
     """
     return {name: _figures(pairs, items) for name, items in said.items()}
 
@@ -140,7 +139,7 @@ def _figures(pairs: Sequence[MatchingPair], said: Sequence[Prediction]) -> dict[
 
 
 def _calibration_error(both: Sequence[tuple[MatchingPair, Prediction]]) -> float:
-    """Return how far matches' scores are from how often they are right."""
+    """Return the expected calibration error of the match scores."""
     score, right = [], []
     for pair, item in both:
         for (plan, sub), value in zip(item.pairs, item.scores, strict=True):

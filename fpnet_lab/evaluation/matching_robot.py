@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Methods on real floorplans and real robot maps of the same buildings, whole and in part.
+Evaluation of methods on real floorplans and real robot maps of the same buildings.
 
-Every pair is taken as it is and under random rotations, scales and connected crops; a scale that
-was stated stays. Every robot map also meets plans of other buildings, where nothing is right.
-``fpnet`` is the whole product: scale from door widths unless stated, regions, network, consensus,
-raster verification and the claim. The other matchers get the same graphs and a transform by
-RANSAC; those of :mod:`fpnet_lab.evaluation.raster_methods` get the rasters.
+Every pair is used unchanged and under random rotations, scales and connected crops; a stated scale
+is kept. Every robot map is also matched with plans of other buildings, where every placement is
+wrong. ``fpnet`` is the complete pipeline: scale from door widths unless stated, regions, network,
+consensus, raster verification and acceptance. The other matchers get the same graphs and a
+transform by RANSAC; those of :mod:`fpnet_lab.evaluation.raster_methods` get the rasters.
 """
 
 from __future__ import annotations
@@ -59,12 +59,12 @@ from fpnet_lab.sim.pairs.pair import MatchingPair
 VARIANTS = 10
 """Random variants of every pair in each band. Chosen."""
 
-_FOREIGN_STREAM = 1  # given: keeps the choice of plans apart from that of crops
+_FOREIGN_STREAM = 1  # given: random stream of the choice of plans, separate from that of crops
 
 
 @dataclass(frozen=True, eq=False)
 class RobotCase:
-    """One variant of a pair, its band, and the plans of other buildings that it meets."""
+    """One variant of a pair, its band, and the plans of other buildings to match it with."""
 
     pair: RobotPair
     band: str
@@ -72,7 +72,7 @@ class RobotCase:
 
 
 class _Key(NamedTuple):
-    """Names a case: its pair, its band in their order (-1: as it stands), and its variant."""
+    """Key of a case: index of the pair, of the band (-1: unchanged), and of the variant."""
 
     pair: int
     band: int
@@ -87,9 +87,9 @@ class _TimedCut:
 
 def robot_cases(data: Path, split: str, limit: int | None, foreign: int = 3) -> list[RobotCase]:
     """
-    Return every pair of a half as it stands and varied in each band, or ``limit`` of them.
+    Return every pair of a split, unchanged and varied in each band, or ``limit`` of them.
 
-    Each of them meets ``foreign`` plans of other buildings of the same half.
+    Each case has ``foreign`` plans of other buildings of the same split.
     """
     pairs = read_robot_pairs(data, split)
     drawings = read_drawings(data, split, pairs)
@@ -100,12 +100,12 @@ def robot_cases(data: Path, split: str, limit: int | None, foreign: int = 3) -> 
         for band in range(len(BANDS))
         for variant in range(VARIANTS)
     ]
-    chosen = keys if limit is None else _covariance(keys, limit)
+    chosen = keys if limit is None else _shuffled_keys(keys, limit)
     return [_case(pairs[key.pair], key, drawings, foreign) for key in sorted(chosen)]
 
 
-def _covariance(keys: Sequence[_Key], limit: int) -> list[_Key]:
-    """Return ``limit`` keys: a fixed shuffle over the buildings, and the bands in turn."""
+def _shuffled_keys(keys: Sequence[_Key], limit: int) -> list[_Key]:
+    """Return ``limit`` keys: a fixed shuffle over the buildings that alternates the bands."""
     shuffled = [keys[index] for index in np.random.default_rng(SEED).permutation(len(keys))]
     taken: Counter[int] = Counter()
     rounds: list[tuple[int, _Key]] = []
@@ -118,7 +118,7 @@ def _covariance(keys: Sequence[_Key], limit: int) -> list[_Key]:
 def _case(
     pair: RobotPair, key: _Key, drawings: Sequence[BuildingFloorplan], foreign: int
 ) -> RobotCase:
-    """Return the variant of a pair that a key names."""
+    """Return the variant of a pair for a key."""
     choice = np.random.default_rng([SEED, *(key.pair, key.band + 1, key.variant), _FOREIGN_STREAM])
     others = foreign_drawings(pair.drawing, drawings, choice, foreign)
     if key.band < 0:
@@ -141,11 +141,11 @@ def bench_robot_maps(
     -------
     ``methods`` with the figures of :func:`fpnet_lab.evaluation.matching.score` and of
     :func:`fpnet_lab.evaluation.robots.robot_figures.robot_figures`. A map without rooms is a miss
-    of every method. ``correlative`` claims everything, and meets no plans of other buildings.
+    of every method. ``correlative`` accepts everything and skips the plans of other buildings.
     """
     if 'fpnet' not in matchers:
-        raise FpnetError('the set robot needs the method fpnet, which cuts the maps into regions')
-    if cases:  # compiles and caches what the first case would otherwise be timed for
+        raise FpnetError('the set robot needs the method fpnet, which segments the maps')
+    if cases:  # compiles and fills caches before the first timed case
         _Bench(matchers, config, ()).run(replace(cases[0], foreign=()))
     bench = _Bench(matchers, config, rasters)
     for case in cases:
@@ -160,7 +160,7 @@ def bench_robot_maps(
 
 
 class _Bench:
-    """Runs methods on cases; every map is cut into rooms once."""
+    """Runs methods on cases; every plan is segmented into rooms once."""
 
     def __init__(
         self, matchers: Mapping[str, RegionMatcher], config: FpnetConfig, rasters: Sequence[str]
@@ -177,7 +177,7 @@ class _Bench:
         self._plans: dict[str, _TimedCut] = {}
 
     def run(self, case: RobotCase) -> None:
-        """Run all methods on one case, on its own plan and on the others."""
+        """Run all methods on one case, on the correct plan and on those of other buildings."""
         robot = _timed(
             lambda: segment_robot_map(
                 submap_from_grid(case.pair.robot), self._config, case.pair.is_metric
@@ -195,7 +195,7 @@ class _Bench:
             self.outcomes[name].append(_outcome(case, match, said, tuple(foreign[name])))
 
     def _foreign(self, case: RobotCase, robot: _TimedCut) -> dict[str, list[Foreign]]:
-        """Return what each method says of the plans of other buildings."""
+        """Return the results of each method on the plans of other buildings."""
         found: dict[str, list[Foreign]] = {name: [] for name in self.said}
         for drawing in case.foreign:
             match = self._match(drawing, robot)
@@ -206,7 +206,7 @@ class _Bench:
         return found
 
     def _match(self, drawing: BuildingFloorplan, robot: _TimedCut) -> MapMatch:
-        """Return what ``fpnet match`` would; its total time holds that of cutting both maps."""
+        """Return the result of ``fpnet match``; its total time includes segmenting both maps."""
         if drawing.building not in self._plans:
             self._plans[drawing.building] = _timed(
                 lambda: segment_plan(drawing.grid, self._config, drawing.is_metric)
@@ -224,7 +224,7 @@ def _timed(cut: Callable[[], SegmentedMap]) -> _TimedCut:
 
 
 def _predict(name: str, match: MapMatch, matchers: Mapping[str, RegionMatcher]) -> Prediction:
-    """Return what a method says; transforms are between metres, stated or estimated from doors."""
+    """Return a method's prediction; transforms are in metres, stated or estimated from doors."""
     if name in RASTER_METHODS:
         return predict_by_raster(name, match)
     if not (match.plan.segmentation.regions and match.sub.segmentation.regions):
@@ -260,7 +260,7 @@ def _as_pair(pair: RobotPair, match: MapMatch) -> MatchingPair | None:
 
 
 def _truth(pair: RobotPair, match: MapMatch) -> Affine2D:
-    """Return the fitted transform between the metres that both maps are compared in."""
+    """Return the fitted transform in the metres of both segmented maps."""
     plan = match.plan.segmentation.grid.resolution / pair.plan.resolution
     robot = match.sub.segmentation.grid.resolution / pair.robot.resolution
     A = pair.A_plan_robot
@@ -274,7 +274,7 @@ def _free_area_m2(grid: GridMap) -> float:
 def _outcome(
     case: RobotCase, match: MapMatch, said: Prediction, foreign: tuple[Foreign, ...]
 ) -> Outcome:
-    """Tell whether the transform is right, and whether it is claimed."""
+    """Return whether the transform is right and whether it is accepted."""
     pair, grid = case.pair, match.sub.segmentation.grid
     rc = np.argwhere(grid.cells == FREE).mean(axis=0)
     x, y = grid.rc_to_xy(rc).tolist()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The pair sets of the matching benchmark: generated on demand from presets, or read."""
+"""Pair sets of the matching benchmark: generated on demand from presets, or loaded."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from fpnet_lab.sim.pairs.presets import in_split, preset
 from fpnet_lab.sim.plans.sources import GivenPlans, find_plans
 
 SEED = 9001
-"""Numerical: seed of the benchmark's pairs; data sets for training must have another one."""
+"""Numerical: seed of the benchmark's pairs; training data sets must use another one."""
 
 REAL_PLAN_M = 0.05
-"""Given: edge of a pixel of the real floorplans, as their publication has it."""
+"""Given: pixel size of the real floorplans, as published."""
 
 PRESETS = {
     'tours': 'default',
@@ -44,7 +44,7 @@ def generated_pairs(
     name: str, plans: Path | None, split: str, limit: int | None
 ) -> Iterator[MatchingPair]:
     """
-    Generate the pairs of the set ``name``, spread evenly over its plans.
+    Generate the pairs of the set ``name``, distributed evenly over its plans.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def generated_pairs(
     source = None
     if chosen.needs_plans:
         if plans is None:
-            raise FpnetError(f'the set {name} samples real floorplans; give --plans FOLDER')
+            raise FpnetError(f'the set {name} uses real floorplans; give --plans FOLDER')
         drawn = [(path.stem, read_map(path, REAL_PLAN_M)) for path in find_plans([plans])]
         source = GivenPlans(in_split(drawn, split), chosen.config.segmentation)
     total = chosen.pair_count(0 if source is None else len(source)) or DEFAULT_PAIRS

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated drives through the building that a floorplan shows, for ``fpnet check-plan``."""
+"""Simulated tours of the building on a floorplan, for ``fpnet check-plan``."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from fpnet_lab.evaluation.first_claims import first_claim
 from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.lidars.sensors import SENSORS
 
-_SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
+_SENSOR = 'planar'  # fastest sensor to ray-cast; it observes the walls, which is sufficient here
 
 
 def drive_tour(reading: Reading, config: FpnetConfig, seed: int) -> TourResult:
     """
-    Drive a simulated robot with a planar scanner and true odometry until it is localised.
+    Simulate a robot with a planar scanner and true odometry until it is localized.
 
-    The building is raised from the drawing and up to 4 % larger or smaller than drawn.
+    The building is generated from the drawing, up to 4 % larger or smaller than drawn.
 
     Raises
     ------
     ConfigError
-        If no tour can be driven on the plan.
+        If there is no feasible tour on the plan.
     """
     options = RecordingOptions(lidar=SENSORS[_SENSOR])
     recording = make_recording(seed, options, threads=1, floorplan=reading.grid)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Methods that place one map on another by their rasters, without regions, by name."""
+"""Methods by name that register two maps by their rasters, without regions."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from fpnet_lab.baselines.correlative import search_placement
 from fpnet_lab.evaluation.matching import Prediction
 
 CLAIMS_ALL = 'correlative'
-"""Given: the method without a notion of doubt; it is not asked about other buildings."""
+"""Given: method that accepts every result; it is not run on other buildings' plans."""
 
 
 def predict_by_raster(name: str, match: MapMatch) -> Prediction:
-    """Return what a method of :data:`RASTER_METHODS` says of two maps, in the metres of both."""
+    """Return the prediction of a method of :data:`RASTER_METHODS`, in the metres of both maps."""
     start = time.perf_counter()
     found = RASTER_METHODS[name](match)
     elapsed_ms = 1e3 * (time.perf_counter() - start)
@@ -36,7 +36,7 @@ def _correlative(match: MapMatch) -> Answer | None:
 
 
 def _branch_and_bound(match: MapMatch) -> Answer | None:
-    """Search the scales that the localizer's own search tries."""
+    """Search the same scales as the localizer."""
     scales = np.unique(match.search.factors)
     return BranchAndBound(match.plan.evidence, scales).place(match.sub.evidence)
 
@@ -51,4 +51,4 @@ RASTER_METHODS: Mapping[str, Callable[[MapMatch], Answer | None]] = {
     'branch_and_bound': _branch_and_bound,
     **{name: partial(_by_cloud, name) for name in CLOUD_METHODS},
 }
-"""The place of a robot's map on a plan, by the method's name."""
+"""Placement of a robot map on a plan, by method name."""

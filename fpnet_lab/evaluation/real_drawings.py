@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How well real drawings are read whose rooms, doors and scale people have marked by hand.
+Parsing of real drawings, against hand-labelled rooms, doors and scale.
 
 The truth of a drawing is a JSON file (:func:`read_truth`); the drawing itself may be elsewhere, or
-absent. Nobody develops on the split ``held``: it is for figures only.
+missing. Do not develop on the split ``held``: it is for figures only.
 """
 
 from __future__ import annotations
@@ -47,36 +47,36 @@ Array = NDArray[np.float64]
 OptionsReader = Callable[[Path, ReadOptions], Reading]
 
 SPLITS = ('tune', 'held')
-"""Given: drawings to develop on, and those that are never looked at meanwhile."""
+"""Given: development split, and test split that is not used during development."""
 
 SILENT_F1 = 0.5
-"""Chosen: a reading with fewer right rooms that is called fit is a silent failure."""
+"""Chosen: a parse with a smaller room F1 and verdict "fit" is a silent failure."""
 
-_CELLS = 1600  # numerical: rooms are compared on so many cells of the longer side
-_SPECK_CELLS = 100  # given: smaller rooms there are specks, as in room_agreement
-_DOOR_M = 0.9  # physical: a middle door, where nobody knows the scale
-_NEAR_M = 0.5  # chosen: a door that is found is the true one up to this distance
+_CELLS = 1600  # numerical: cells along the longer side of the raster on which rooms are compared
+_SPECK_CELLS = 100  # given: smaller rooms on that raster are specks, as in room_agreement
+_DOOR_M = 0.9  # physical: a median door width, for drawings of unknown scale
+_NEAR_M = 0.5  # chosen: largest distance between a true door and its match
 _SOURCE = ('repository', 'commit', 'path', 'licence')
 
 
 @dataclass(frozen=True, eq=False)
 class TrueDrawing:
     """
-    What is true of a drawing, in its file's own units as the readers have them.
+    Truth of a drawing, in the units of its file as the parsers return them.
 
     Parameters
     ----------
-    name : of the truth's file, without its suffix
+    name : of the truth file, without its suffix
     file, sha256 : of the drawing
     split : one of :data:`SPLITS`
-    kind : how it is drawn, in a word or two
-    source : its repository, commit, path and licence
-    rooms : rings (V, 2), of one storey; later ones lie upon earlier ones
-    doors : (D, 2, 2) ends of the openings; None where none is drawn or nobody has marked them
-    unclear : rings of what may be a room or none, as balconies; what is found there counts nothing
-    metres_per_unit : the true scale; None where nothing tells it
-    scale_within : how far the true scale may be off, as a share of it
-    options : page or storey that the truth is of
+    kind : drawing style in one or two words
+    source : repository, commit, path and licence
+    rooms : rings (V, 2) on one storey; later rings replace earlier ones where they overlap
+    doors : (D, 2, 2) ends of the openings; None if there are none or they are not labelled
+    unclear : rings of ambiguous areas, for example balconies; rooms found there do not count
+    metres_per_unit : the true scale; None if unknown
+    scale_within : relative uncertainty of the true scale
+    options : page or storey of the truth
     """
 
     name: str
@@ -94,7 +94,7 @@ class TrueDrawing:
 
     @property
     def door_reach(self) -> float:
-        """How far a found door may be from a true one, in the file's units."""
+        """Largest distance between a true door and its match, in the file's units."""
         if self.metres_per_unit is not None or self.doors is None:
             return _NEAR_M / (self.metres_per_unit or math.inf)
         widths = np.linalg.norm(self.doors[:, 1] - self.doors[:, 0], axis=1)
@@ -102,7 +102,7 @@ class TrueDrawing:
 
 
 def read_truth(path: Path) -> TrueDrawing:
-    """Read the truth of a drawing; FpnetError says what is wrong with a file that holds none."""
+    """Read the truth of a drawing; raise FpnetError with the reason if the file is invalid."""
     try:
         return _truth(path.stem, json.loads(path.read_text()))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -142,7 +142,7 @@ def _rings(values: Any) -> tuple[Array, ...]:
 
 
 def find_drawing(truth: TrueDrawing, folders: Iterable[Path]) -> Path | None:
-    """Return a drawing's file in the folders or their ``drawings``; FpnetError for another one."""
+    """Return a drawing's file in the folders or their ``drawings``; FpnetError for a bad hash."""
     for path in (each / part / truth.file for each in folders for part in ('', 'drawings')):
         if path.is_file():
             found = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -159,10 +159,10 @@ def bench_drawing(
     read: OptionsReader, truth: TrueDrawing, path: Path, config: SegmentationConfig
 ) -> tuple[Row, SheetResult, RoomComparison | None, NDArray[np.uint8] | None]:
     """
-    Read a drawing and compare it with its truth.
+    Parse a drawing and compare it with its truth.
 
-    Returns the row of the report, the result, the rooms and the pixels (H, W, 3) that were read;
-    the last two are None where the drawing is refused.
+    Returns the row of the report, the result, the rooms and the parsed pixels (H, W, 3); the last
+    two are None if the parser rejects the drawing.
     """
     started = processor_s()
     try:
@@ -179,7 +179,7 @@ def bench_drawing(
     ratio = growth_at(H_plan_file, middle) / (truth.metres_per_unit or math.nan)
     sheet = SheetResult.of(truth.kind, truth.name, reading, ratio)
     sheet = replace(sheet, f1=rooms.f1, seconds=seconds)
-    told = reading.segmentation  # as `fpnet plan` judges it
+    told = reading.segmentation  # as `fpnet plan` computes its verdict
     posterior = verdict_of(reading, told, told=told_scale(reading.grid, told, config)).fitness
     ends = np.array([door.ends for door in complete_model(reading).doors])
     middles = map_points(np.linalg.inv(H_plan_file), ends.reshape(-1, 2, 2).mean(axis=1))
@@ -200,7 +200,7 @@ def _row(
     rooms: int = 0,
     doors: Agreement | None = None,
 ) -> Row:
-    """Return a row of the report; shares are None where nothing can be told."""
+    """Return a row of the report; unknown shares are None."""
     hits = sheet.f1 * (rooms + rooms_found) / 2.0
     is_held = None
     if truth.metres_per_unit is not None and sheet.ratio is not None:
@@ -231,12 +231,12 @@ def _row(
 
 
 def _counted(labels: NDArray[np.int32]) -> int:
-    """Return how many rooms a raster of labels holds."""
+    """Return the number of rooms in a raster of labels."""
     return int(np.count_nonzero(np.bincount(labels.ravel())[1:] > _SPECK_CELLS))
 
 
 def _compared(truth: TrueDrawing, found: Segmentation, H_plan_file: Array) -> RoomComparison:
-    """Paint true rooms, and those found, on a raster in the file's units that holds both."""
+    """Paint the true and the found rooms on one raster in the file's units."""
     H_file_plan = np.linalg.inv(H_plan_file)
     corners = [*truth.rooms, *(map_points(H_file_plan, room.polygon) for room in found.rooms)]
     places = np.concatenate(corners)
@@ -256,10 +256,10 @@ def _compared(truth: TrueDrawing, found: Segmentation, H_plan_file: Array) -> Ro
 
 def real_figures(rows: Sequence[Row]) -> dict[str, Any]:
     """
-    Return the figures of a split: means over its drawings, each counting once.
+    Return the figures of a split: means with equal weight for each drawing.
 
-    Doors are of the drawings whose doors are marked, scales of those whose scale is known;
-    ``interval_holds`` is the share of their 90 % intervals that hold the truth.
+    Door figures cover the drawings with labelled doors, scale figures those of known scale;
+    ``interval_holds`` is the share of 90 % intervals that contain the true scale.
     """
     scaled = [row for row in rows if row['interval_holds'] is not None]
     doors = [row for row in rows if row['door_recall'] is not None]

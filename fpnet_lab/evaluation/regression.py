@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the product answers to generated drives, pairs of maps and plans: to be compared with before.
+Results of the product on generated recordings, map pairs and plans, to compare with stored ones.
 
-Whoever moves code shows with it that nothing else has changed. Drives have true odometry, so that
-differences are the localizer's own. Of each input some counts are kept, which tell a change of
-the product from one of the simulator.
+The comparison shows that a refactoring changes no results. The recordings have true odometry, so
+differences come from the localizer. Each result holds counts of its input, which separate a change
+of the product from one of the simulator.
 """
 
 from __future__ import annotations
@@ -48,20 +48,20 @@ COUNTS = {'drives': 20, 'pairs': 60, 'plans': 20}
 """Cases of each kind. Chosen: three minutes of one core."""
 
 SHORT = {'drives': 2, 'pairs': 6, 'plans': 4}
-"""The first ones, for a test. Chosen."""
+"""Number of first cases of each kind for a test. Chosen."""
 
-_SEED = 31  # numerical: apart from those of data to learn from and of other benchmarks
+_SEED = 31  # numerical: different from training seeds and those of other benchmarks
 _TOUR = TourLimits(rooms=3, shortest_s=25.0, longest_s=50.0)  # chosen
-_ROOMS = (6, 30)  # chosen: of drives, for short tours
-_FOREIGN_EVERY = 4  # chosen: pairs of which one is with another building's plan
+_ROOMS = (6, 30)  # chosen: rooms of a recording's building, for short tours
+_FOREIGN_EVERY = 4  # chosen: stride of the pairs with another building's plan
 _TICK_S = 2.0  # chosen
 
 
-# What may differ and is still the same, as kernels round otherwise on other processors: far below
-# what a user would notice.
+# Largest differences that count as equal: kernels round differently on other processors, far below
+# any effect visible to users.
 # Chosen, not measured:
-_SAME_COUNTS = 0.001  # of what is counted of an input
-_SAME_TICKS = 1  # with another status
+_SAME_COUNTS = 0.001  # relative, of the counts of an input
+_SAME_TICKS = 1  # updates with another status
 _SAME_PLACE_M, _SAME_YAW_DEG = 0.1, 1.0
 _SAME_PROBABILITY = 0.05
 _SAME_AREA = 0.01
@@ -69,7 +69,7 @@ _SAME_AREA = 0.01
 
 @dataclass(frozen=True)
 class RegressionCase:
-    """What the product is asked: everything random and simulated is made before."""
+    """One case; random generation and simulation are done when it is made."""
 
     kind: str
     name: str
@@ -77,7 +77,7 @@ class RegressionCase:
 
 
 def make_cases(counts: Mapping[str, int]) -> Iterator[RegressionCase]:
-    """Yield so many cases of each kind, made when they are asked for."""
+    """Yield ``counts`` cases of each kind, made on demand."""
     for kind, make in _KINDS.items():
         for number in range(counts[kind]):
             yield RegressionCase(kind, f'{kind}-{number:02d}', make(number))
@@ -86,7 +86,7 @@ def make_cases(counts: Mapping[str, int]) -> Iterator[RegressionCase]:
 def run_regression(
     counts: Mapping[str, int], config: FpnetConfig, on_case: Callable[[], None] = lambda: None
 ) -> dict[str, Answers]:
-    """Return what comes out of so many cases of each kind, by kind and name."""
+    """Return the results of ``counts`` cases of each kind, by kind and name."""
     found: dict[str, Answers] = {kind: {} for kind in _KINDS}
     for case in make_cases(counts):
         found[case.kind][case.name] = case.answer(config)
@@ -95,7 +95,7 @@ def run_regression(
 
 
 def differences(found: Mapping[str, Answers], expected: Mapping[str, Answers]) -> list[str]:
-    """Return a line for each difference between what came out and what did before."""
+    """Return a line for each difference between new and expected results."""
     lines = []
     for kind, outcomes in found.items():
         for name, outcome in outcomes.items():
@@ -140,7 +140,7 @@ def _driven(
 
 
 def _pair(number: int) -> Callable[[FpnetConfig], Answer]:
-    """Match a cut of a robot's map, now and then with another building's drawing."""
+    """Return a case that matches a crop of a robot map, some with another building's plan."""
     rng = np.random.default_rng((_SEED, 1, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
     plan = generate_plan(rng, family, *ROOMS)
@@ -208,21 +208,21 @@ def _distortion(number: int) -> Distortion:
 
 
 def _cells(grid: GridMap) -> tuple[int, int]:
-    """Return how many cells are free and occupied."""
+    """Return the numbers of free and occupied cells."""
     return int((grid.cells == FREE).sum()), int((grid.cells == OCCUPIED).sum())
 
 
 def _corners(grid: GridMap) -> NDArray[np.float64]:
-    """Return the corners ``(4, 2)`` of what a map knows, in its own metres."""
+    """Return the corners ``(4, 2)`` of a map's free area, in its own metres."""
     known = np.argwhere(grid.cells == FREE)
     (top, left), (bottom, right) = known.min(axis=0), known.max(axis=0)
     return grid.rc_to_xy(np.array([[top, left], [top, right], [bottom, left], [bottom, right]]))
 
 
 def _compared(kind: str, found: Answer, before: Answer) -> Iterator[str]:
-    """Yield what differs of one case; nothing else is said where its input does."""
+    """Yield the differences of one case; if its input differs, nothing else."""
     if not _is_near(found['input'], before['input'], _SAME_COUNTS):
-        yield f'another input, {found["input"]} for {before["input"]}: what makes it has changed'
+        yield f'input {found["input"]}, was {before["input"]}: the generator has changed'
         return
     yield from _COMPARISONS[kind](found, before)
 
@@ -248,7 +248,7 @@ def _pairs_compared(found: Answer, before: Answer) -> Iterator[str]:
     if abs(found['probability'] - before['probability']) > _SAME_PROBABILITY:
         yield f'probability {found["probability"]}, was {before["probability"]}'
     if MapMatchStatus.UNMATCHED in (found['status'], before['status']):
-        return  # the best of many places that are none tells nothing
+        return  # the best of many wrong placements is arbitrary
     if (found['places'] is None) != (before['places'] is None):
         yield f'places {found["places"]}, were {before["places"]}'
     elif found['places'] is not None:
@@ -283,7 +283,7 @@ def _named(outcome: Answer) -> str:
 
 
 def _off(found: Answer, before: Answer) -> str:
-    """Return which of both is nearer to the truth, where both say."""
+    """Return both errors as text; empty if either is unknown."""
     if 'off_m' not in found or 'off_m' not in before:
         return ''
     return f' ({found["off_m"]} m off, was {before["off_m"]} m)'

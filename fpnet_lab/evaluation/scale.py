@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How well the scale of a drawing is told from its doors, rooms and walls.
+Scale estimation of drawings from their doors, rooms and walls.
 
-The real floorplans of both halves, bare and furnished, and generated storeys, homes and large
-houses in many styles, each of known scale and read as if it had none.
+The set holds the real floorplans of both splits, bare and furnished, and generated storeys, homes
+and large houses in many styles. Their scale is known, but the estimator does not get it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fpnet_lab.sim.pairs.presets import SPLITS
 from fpnet_lab.sim.population.floors import CELL_M
 
 SEED = 7001
-"""Numerical: of the generated sheets; what is measured is never what was learned from."""
+"""Numerical: seed of the generated sheets; different from all training seeds."""
 
 _GENERATED = {'generated': STOREYS, 'homes': HOMES, 'practices': PRACTICES, 'houses': HOUSES}
 _IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
@@ -45,12 +45,12 @@ def bench_scale(
     on_drawing: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
-    Estimate the scale of real drawings, and of so many ``generated`` ones of each kind.
+    Estimate the scale of real drawings and of ``generated`` drawings of each kind.
 
     Returns
     -------
-    By group the figures of :func:`interval_figures` and ``ms_per_drawing`` for the rooms and the
-    scale together; ``drawings`` lists the estimates, factors over the truth.
+    The figures of :func:`interval_figures` by group, with ``ms_per_drawing`` for rooms and scale
+    together; ``drawings`` lists the estimates as factors of the true scale.
 
     Raises
     ------
@@ -77,13 +77,13 @@ def _figures(rows: list[dict[str, Any]], group: str) -> dict[str, float]:
 
 
 def _drawings(data: Path, generated: int) -> Iterator[tuple[str, str, GridMap]]:
-    """Yield group, name and drawing; a drawing's own metres are true."""
+    """Yield group, name and drawing, whose resolution is the true one."""
     for split, names in SPLITS.items():
         for kind, image in _IMAGES.items():
             for name in names:
                 path = data / 'bormann' / image.format(name)
                 if not path.is_file() and kind == 'furnished':
-                    continue  # not every storey was furnished
+                    continue  # some storeys have no furnished version
                 if not path.is_file():
                     raise FpnetError(f'{path} is missing; give the folder of the shared data')
                 yield f'{split} {kind}', name, read_map(path, CELL_M)

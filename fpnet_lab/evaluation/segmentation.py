@@ -4,8 +4,8 @@
 Floorplan segmentation against hand-labelled plans and robot maps.
 
 All shares are fractions in [0, 1]. Rooms: precision and recall by Bormann's definition, F1 of
-rooms with intersection over union above one half. Doors: within ``DOOR_TOLERANCE_M`` of a place
-where two hand-labelled rooms meet across free space. Figures are means over maps.
+rooms with intersection over union above one half. Doors: within ``DOOR_TOLERANCE_M`` of an opening
+between two hand-labelled rooms. Figures are means over maps.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from fpnet_lab.sim.pairs.presets import SPLITS, Split
 from fpnet_lab.sim.population.floors import CELL_M, FREE_GREY, read_image, read_labels
 
 DOOR_TOLERANCE_M = 0.75
-"""A door found within this distance of a true one is that door. Chosen."""
+"""Largest distance between a true door and its match. Chosen."""
 
 METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
     'default',
@@ -60,14 +60,14 @@ ROBOT_MAPS: dict[Split, dict[str, str]] = {
     },
 }
 """
-Given: labelled robot maps of each half, and their buildings. ``sistD`` is in neither half's list;
-nothing is chosen on it.
+Given: labelled robot maps of each split, and their buildings. ``sistD`` is not in the list of
+either split; nothing is chosen on it.
 """
 
 _IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
-# Given: grey level below which cells are sure to be walls.
+# Given: grey levels below are certainly walls.
 _OCCUPIED_GREY = 100
-_MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels; chosen
+_MIN_LABEL_CELLS = 100  # colours with fewer cells are blends of two labels; chosen
 _KEYS = ('precision', 'recall', 'f1', 'doors_precision', 'doors_recall')
 
 
@@ -78,19 +78,19 @@ def bench_plans(
     on_done: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
-    Score the default and both simple methods on clean and furnished plans of one half.
+    Score the default and both simple methods on clean and furnished plans of one split.
 
     Parameters
     ----------
     data : folder that holds ``bormann``
     split : a key of ``SPLITS``
     limit : use only the first plans
-    on_done : is told 1.0 after every plan and method
+    on_done : called with 1.0 after every plan and method
 
     Returns
     -------
-    dict for JSON: ``clean``, ``furnished`` of the default method, and the same below
-    ``baselines`` by method
+    dict for JSON: ``clean`` and ``furnished`` of the default method, and the same by method in
+    ``baselines``
     """
     names = SPLITS[split][:limit]
     warm_up = np.where(np.eye(50, dtype=bool), OCCUPIED, FREE).astype(np.int8)
@@ -119,8 +119,8 @@ def bench_robot_maps(
     """
     Score all methods on robot maps with hand-labelled regions, in ``data / 'areagraph'``.
 
-    The default cuts them as submaps: unknown space is no wall. Returns precision, recall and F1
-    by method over both halves, the default's on the ``tune`` and the ``report`` half alone, and
+    The default method segments them as submaps: unknown space is no wall. Returns precision,
+    recall and F1 by method over both splits, the default's on ``tune`` and ``report`` alone, and
     the number of maps; maps whose labels have another size are left out.
     """
     rows: dict[str, list[list[float]]] = {method: [] for method in METHODS}
@@ -155,9 +155,9 @@ def bench_robot_maps(
 
 def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
     """
-    Return a labelled map's image as a grid, row 0 lowest.
+    Return a labelled map's image as a grid, row 0 at the bottom.
 
-    What is darker than white is a wall, or with ``has_unknown`` unknown down to dark grey.
+    Pixels darker than white are walls; with ``has_unknown``, those above dark grey are unknown.
     """
     grey = read_image(path)[::-1]
     rest = np.where(grey < _OCCUPIED_GREY, OCCUPIED, UNKNOWN) if has_unknown else OCCUPIED
@@ -178,13 +178,13 @@ def read_robot_map(data: Path, stem: str) -> tuple[GridMap, NDArray[np.int32]]:
 
 
 def _region_labels(path: Path) -> NDArray[np.int32]:
-    """Return labels of an image of regions: by colours, or by lines where it has none."""
+    """Return the labels of an image of regions: by colours, or by outlines if it has none."""
     labels = _colour_labels(path)
     return labels if labels.any() else _outlined_labels(path)
 
 
 def _outlined_labels(path: Path) -> NDArray[np.int32]:
-    """Return labels of white regions that dark lines part."""
+    """Return labels of white regions separated by dark lines."""
     pieces, figures = pieces_of(read_image(path)[::-1] >= FREE_GREY, connectivity=4)
     kept = figures[:, cv2.CC_STAT_AREA] > _MIN_LABEL_CELLS
     kept[0] = False
@@ -192,7 +192,7 @@ def _outlined_labels(path: Path) -> NDArray[np.int32]:
 
 
 def _colour_labels(path: Path) -> NDArray[np.int32]:
-    """Return labels from an image with one saturated colour per region; grey is no region."""
+    """Return labels of an image with one saturated colour per region; grey is no region."""
     colours = read_image(path, cv2.IMREAD_COLOR)[::-1].astype(np.int32)
     code = (colours[..., 0] << 16) | (colours[..., 1] << 8) | colours[..., 2]
     code[colours.max(axis=2) == colours.min(axis=2)] = 0
@@ -203,7 +203,7 @@ def _colour_labels(path: Path) -> NDArray[np.int32]:
 
 
 def _true_doors(bormann: Path, name: str) -> NDArray[np.float64]:
-    """Return the places (D, 2) of the hand-labelled openings, on the clean drawing."""
+    """Return positions (D, 2) of the openings between hand-labelled rooms, clean drawing."""
     clean = read_grid(bormann / _IMAGES['clean'].format(name))
     truth = read_labels(bormann / 'room_labels' / f'{name}.png')
     return true_openings(truth, clean.cells == FREE)
@@ -216,7 +216,7 @@ def _score_plan(
     method: Literal['default', 'morphological', 'distance'],
     true_doors: NDArray[np.float64],
 ) -> list[float]:
-    """Return the figures of ``_KEYS`` and the seconds that the segmentation took."""
+    """Return the figures of ``_KEYS`` and the segmentation time in seconds."""
     grid = read_grid(bormann / _IMAGES[kind].format(name))
     truth = read_labels(bormann / 'room_labels' / f'{name}.png')
     started = time.perf_counter()
@@ -229,6 +229,6 @@ def _score_plan(
 
 
 def _door_places(segmentation: Segmentation) -> NDArray[np.float64]:
-    """Return the middles (D, 2) of all doors in rows and columns."""
+    """Return the midpoints (D, 2) of all doors in rows and columns."""
     middles = np.array([portal.ends.mean(axis=0) for portal in segmentation.portals])
     return segmentation.grid.xy_to_rc(middles.reshape(-1, 2))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A generated building, driven, and localised on its own sheet, of each kind and file format."""
+"""Localization in a generated building on its own sheet, for each sheet kind and file format."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ SHEETS = (
     (SheetKind.BROCHURE, PICTURE), (SheetKind.BROCHURE, 'svg'),
     (SheetKind.SCAN, PICTURE), (SheetKind.PHONE, PICTURE),
 )  # fmt: skip
-"""Kinds and formats: pictures are PNG, those of paper JPEG."""
+"""Kinds and file formats; pictures are PNG, or JPEG for scans and phone pictures."""
 
-_SENSOR = 'planar'  # the cheapest to cast
+_SENSOR = 'planar'  # fastest sensor to ray-cast
 
 
 @dataclass(frozen=True)
 class SheetDrive:
     """
-    A drive on one sheet.
+    Result of one recording on one sheet.
 
-    ``found_after_m`` is the path to the first claim, None without one; ``error_m`` that claim's,
-    in true metres. ``doubts`` are the reader's; one that refuses the sheet is the only one.
+    ``found_after_m`` is the path length to the first accepted pose, None without one; ``error_m``
+    is its error in true metres. ``doubts`` are the parser's warnings, or its error alone.
     """
 
     seed: int
@@ -50,9 +50,9 @@ class SheetDrive:
 
 def drives_on_sheets(seed: int, folder: Path, config: FpnetConfig) -> list[SheetDrive]:
     """
-    Drive one building, on its clean floorplan (``grid``) and on each of :data:`SHEETS`.
+    Localize one recording on its clean floorplan (``grid``) and on each of :data:`SHEETS`.
 
-    The sheets are written to ``folder`` and read from there.
+    The sheets are written to ``folder`` and parsed from there.
     """
     recording = make_recording(seed, RecordingOptions(lidar=SENSORS[_SENSOR]), threads=1)
     localizer = create_localizer(config)

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Short simulated drives, registered by the product's own odometry.
+Short simulated recordings, registered by the product's own odometry.
 
-The submap benchmark needs what a robot would have: deskewed sweeps with the poses that KISS-ICP
-gave them, drift included.
+The submap benchmark needs a robot's data: deskewed sweeps with drifting KISS-ICP poses.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ from fpnet_lab.sim.pairs.explore import fit_rigid
 from fpnet_lab.sim.types import BuildingPlan
 
 SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
-"""Sensor models that drives are made with; ``dome`` does not repeat its pattern."""
+"""Sensor models of the recordings; ``dome`` has a scan pattern that does not repeat."""
 
 # Chosen, not measured:
-_CAST_EVERY = 6  # where poses are not those of KISS-ICP
-_DRIFT = (0.002, 0.002, 0.0004)  # steps of a random walk per sweep [m, m, rad]
+_CAST_EVERY = 6  # sweeps, if the poses are not those of KISS-ICP
+_DRIFT = (0.002, 0.002, 0.0004)  # standard deviations of a random walk per sweep [m, m, rad]
 _LIMITS = TourLimits(rooms=4, shortest_s=30.0, longest_s=60.0)
 _ROOMS = (10, 30)
 
@@ -35,10 +34,10 @@ _ROOMS = (10, 30)
 @dataclass(frozen=True, eq=False)
 class RegisteredDrive:
     """
-    A registered drive and the building it went through.
+    Registered recording and its building.
 
-    ``T_building_odom`` takes the odometry's path to the true one best: where its frame lies is no
-    property of the map, and what bends the map inside of it still counts.
+    ``T_building_odom`` is the rigid fit of the odometry's path to the true one: the pose of the
+    odometry frame is no property of the map, but deformation by drift remains.
     """
 
     plan: BuildingPlan
@@ -48,15 +47,15 @@ class RegisteredDrive:
 
 def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> RegisteredDrive:
     """
-    Return the drive of ``seed`` with a sensor, with true poses that drift at random.
+    Return the recording of a seed and sensor, with true poses plus random drift.
 
-    Sweeps are deskewed by the truth, and every sixth is cast: a tenth of the time of
-    :func:`registered_drive`, which the benchmark's figures are of.
+    Sweeps are deskewed by the true poses and every sixth is ray-cast, in a tenth of the time of
+    :func:`registered_drive`, which the benchmark uses.
 
     Raises
     ------
     ConfigError
-        If no building with such a tour comes out of the seed.
+        If the seed yields no building with such a tour.
     """
     recording = drive_through(None, sensor, seed, rooms=_ROOMS, limits=_LIMITS)
     steps = rng.normal(0.0, _DRIFT, (len(recording), 3))
@@ -72,7 +71,7 @@ def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> Register
 
 def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> RegisteredDrive:
     """
-    Return the drive of ``seed`` with a sensor.
+    Return the recording of ``seed`` with a sensor.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> RegisteredD
     Raises
     ------
     ConfigError
-        If no building with such a tour comes out of the seed.
+        If the seed yields no building with such a tour.
     """
     recording = drive_through(None, sensor, seed, rooms=_ROOMS, limits=_LIMITS)
     kept = kept_scans(recording, config.odometry)

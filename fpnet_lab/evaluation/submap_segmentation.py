@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How well submaps of partial tours are cut into rooms and doors, against the true building.
+Segmentation of submaps of partial tours into rooms and doors, against the true building.
 
-Every room is compared with its *observed part*: the room's true outline, placed where the
-odometry's path fits the true one best, cut down to the cells that the submap knows (free or
-occupied) after gaps of up to ``OBSERVED_GAP_M`` were closed. Rooms of which less than
-``MIN_OBSERVED_SHARE`` was observed are left out: they were glimpsed through a door. The room's
-score is the intersection over union with the found room it is paired with, 0 without a partner;
-pairs are one to one. What the odometry's drift bends counts against the segmentation.
+Every room is compared with its *observed part*: the true outline, placed by a rigid fit of
+odometry to the true path, within the cells known to the submap (free or occupied) after closing
+gaps of up to ``OBSERVED_GAP_M``. Rooms observed by less than ``MIN_OBSERVED_SHARE`` are left out:
+they were seen through a door only. A room's score is its intersection over union with its partner
+among the found rooms, paired one to one; 0 without a partner. Deformation by odometry drift counts
+against the segmentation.
 """
 
 from __future__ import annotations
@@ -40,28 +40,28 @@ from fpnet_lab.sim.types import BuildingPlan
 Mask = NDArray[np.bool_]
 
 OBSERVED_GAP_M = 0.3
-"""Unknown gaps up to this width inside what was seen count as seen. Chosen."""
+"""Unknown gaps up to this width within the observed area count as observed. Chosen."""
 
 MIN_OBSERVED_SHARE = 0.5
-"""Rooms of which less was observed are not compared. Chosen."""
+"""Smallest observed share of a compared room. Chosen."""
 
 DOOR_TOLERANCE_M = 0.6
-"""A door found within this distance of a true one is that door. Chosen."""
+"""Largest distance between a true door and its match. Chosen."""
 
 RECORDINGS = 15
-"""Drives of a whole run: as many of each sensor. Chosen."""
+"""Recordings of a full run, equally many for each sensor. Chosen."""
 
 REPORT_SEED = 1000
-"""Numerical: first seed of reported figures; parameters are chosen on smaller ones."""
+"""Numerical: first seed of reported figures; parameters are chosen on smaller seeds."""
 
 # Chosen, not measured:
-_BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
-_SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
+_BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, across the walls
+_SEEN_DOOR_SHARE = 0.5  # share of the door's width that rays must have crossed on both sides
 _WORKERS = 2  # numerical
 
 
 class DoorCounts(NamedTuple):
-    """Doors found, those of them that are true, true doors observed, those of them found."""
+    """Counts of found doors, true ones among them, observed true doors, found ones among these."""
 
     found: int
     true: int
@@ -69,13 +69,13 @@ class DoorCounts(NamedTuple):
     recalled: int
 
     def plus(self, other: DoorCounts) -> DoorCounts:
-        """Return the sums."""
+        """Return the elementwise sums."""
         return DoorCounts(*(a + b for a, b in zip(self, other, strict=True)))
 
 
 @dataclass(frozen=True, eq=False)
 class SubmapScore:
-    """One drive's figures; ``room_ious (R,)`` are those of its sufficiently observed rooms."""
+    """Figures of one recording; ``room_ious (R,)`` covers its sufficiently observed rooms."""
 
     sensor: str
     seed: int
@@ -89,13 +89,13 @@ def bench_submaps(
     first_seed: int = REPORT_SEED,
 ) -> dict[str, Any]:
     """
-    Drive, accumulate, segment and score partial tours with every sensor model.
+    Simulate, map, segment and score partial tours with every sensor model.
 
     Parameters
     ----------
-    limit : so many drives instead of ``RECORDINGS``; drive k has sensor k modulo their number
-    on_done : is told 1.0 after every drive
-    first_seed : seed of the first drive's building; one building per drive
+    limit : number of recordings, not ``RECORDINGS``; recording k has sensor k modulo their number
+    on_done : called with 1.0 after every recording
+    first_seed : seed of the first recording's building; each recording has its own building
 
     Returns
     -------
@@ -113,25 +113,25 @@ def bench_submaps(
 
 
 _Task = tuple[int, str]
-"""The seed of a drive, and its sensor."""
+"""Seed and sensor of a recording."""
 
 
 def score_drive(task: _Task) -> SubmapScore:
-    """Return the figures of the drive of one seed and sensor."""
+    """Return the figures of the recording for one seed and sensor."""
     (seed, sensor), config = task, FpnetConfig()
     drive = registered_drive(seed, sensor, config)
     return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
 
 
 def segment_drive(drive: RegisteredDrive, config: FpnetConfig) -> Segmentation:
-    """Return the segmentation of everything that a drive has seen."""
+    """Return the segmentation of the complete submap of a recording."""
     return segment_submap(submap_of(drive.sweeps, config.submap))
 
 
 def score_segmentation(
     segmentation: Segmentation, drive: RegisteredDrive, sensor: str, seed: int
 ) -> SubmapScore:
-    """Compare a submap's rooms and doors with the building of its drive."""
+    """Compare a submap's rooms and doors with the building of its recording."""
     truth, usable = observed_truth(segmentation, drive)
     pairs = pair_rooms(truth, segmentation.labels, usable)
     doors = _count_doors(
@@ -141,7 +141,7 @@ def score_segmentation(
 
 
 def paired_rooms(segmentation: Segmentation, drive: RegisteredDrive) -> dict[int, int]:
-    """Return the found room's id by the index of its partner among :func:`true_rooms`."""
+    """Return found rooms' ids by the index of their partner among :func:`true_rooms`."""
     truth, usable = observed_truth(segmentation, drive)
     pairs = pair_rooms(truth, segmentation.labels, usable)
     matched = zip(usable, pairs, strict=True)
@@ -151,7 +151,7 @@ def paired_rooms(segmentation: Segmentation, drive: RegisteredDrive) -> dict[int
 def observed_truth(
     segmentation: Segmentation, drive: RegisteredDrive
 ) -> tuple[NDArray[np.int32], list[int]]:
-    """Return labels (H, W) of the true rooms' observed parts, and the sufficiently seen ones."""
+    """Return labels (H, W) of true rooms' observed parts, and those of comparable rooms."""
     grid, rooms = segmentation.grid, true_rooms(drive.plan)
     drawn = drawn_rooms(rooms, drive.T_building_odom.inv(), grid)
     truth = np.where(observed_cells(grid), drawn, 0)
@@ -161,7 +161,7 @@ def observed_truth(
 
 
 def summary(scores: list[SubmapScore]) -> dict[str, Any]:
-    """Return the figures of several drives taken together, for JSON."""
+    """Return the pooled figures of several recordings, for JSON."""
     ious = np.concatenate([score.room_ious for score in scores] or [np.zeros(0)])
     counts = reduce(DoorCounts.plus, (score.doors for score in scores), DoorCounts(0, 0, 0, 0))
     return {
@@ -175,7 +175,7 @@ def summary(scores: list[SubmapScore]) -> dict[str, Any]:
 
 
 def observed_cells(grid: GridMap) -> Mask:
-    """Return the cells (H, W) that a submap knows, small gaps closed."""
+    """Return the known cells (H, W) of a submap, with small gaps closed."""
     return closed(grid.cells != UNKNOWN, max(1, round(OBSERVED_GAP_M / grid.resolution)))
 
 
@@ -200,7 +200,7 @@ def drawn_rooms(
 def pair_rooms(
     truth: NDArray[np.int32], found: NDArray[np.int32], usable: list[int]
 ) -> list[tuple[int, float]]:
-    """Return for each usable true room its partner's id and their intersection over union."""
+    """Return the partner's id and the intersection over union for each usable true room."""
     count = int(found.max(initial=0))
     flat = truth.astype(np.int64) * (count + 1) + found
     table = np.bincount(flat.ravel(), minlength=(int(truth.max(initial=0)) + 1) * (count + 1))
@@ -221,7 +221,7 @@ def _count_doors(
     truth: NDArray[np.int32],
     usable: NDArray[np.int64],
 ) -> DoorCounts:
-    """Count doors; a true one is observed where usable rooms' cells lie on a side of it."""
+    """Count doors; a true door is observed if the cells on either side are in usable rooms."""
     ends = np.array([door.ends for door in plan.doors if not door.is_open]).reshape(-1, 2, 2)
     ends = T_odom_building.apply(ends)
     is_observed = np.array([_is_seen(line, segmentation.grid, truth, usable) for line in ends])
@@ -241,9 +241,9 @@ def _is_seen(
     usable: NDArray[np.int64],
 ) -> bool:
     """
-    Tell whether rays went through a door, and a usable room was seen beside it.
+    Return whether rays crossed a door and a usable room was observed on one side of it.
 
-    A door passed at a grazing angle is a recess in the wall: nothing behind it was seen.
+    A door passed at a grazing angle looks like a recess: nothing behind it is observed.
     """
     shares = np.linspace(0.1, 0.9, 9)[:, None]
     line = ends[0] + shares * (ends[1] - ends[0])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pure functions that score results; shared by training, evaluation and tests."""
+"""Pure scoring functions, shared by training, evaluation and tests."""
 
 from fpnet_lab.metrics.averages import mean, share
 from fpnet_lab.metrics.calibration import (

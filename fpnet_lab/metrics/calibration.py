@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether probabilities mean what they say."""
+"""Calibration of stated probabilities."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ BINS = 10  # numerical
 @dataclass(frozen=True, eq=False)
 class Reliability:
     """
-    Stated against true, in bins of the best placement's probability.
+    Stated probability against observed frequency, in bins of the best placement's probability.
 
-    ``claimed``, ``true`` and ``count`` are ``(10,)``, NaN where a bin is empty; ``ece`` is the
-    expected calibration error: at a prior that is the share of own plans among the trials, since
-    no other can be right on average. Claims are made at the prior and the claim probability in
-    force: ``claims`` on own plans, ``wrong_claims`` among them, and ``foreign_claims``.
+    ``claimed`` (stated), ``true`` and ``count`` are ``(10,)``, NaN in empty bins; ``ece`` is the
+    expected calibration error at a prior equal to the share of correct plans among the trials.
+    At the configured prior and threshold, ``claims`` trials are accepted on the correct plan,
+    ``wrong_claims`` of them wrongly, and ``foreign_claims`` on another building's plan.
     """
 
     claimed: NDArray[np.float64]
@@ -39,9 +39,9 @@ def reliability_bins(
     probability: NDArray[np.float64], is_right: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """
-    Return mean probability, share of right ones and count in :data:`BINS` equal parts of [0, 1].
+    Return mean probability, share of right ones and count in :data:`BINS` equal bins of [0, 1].
 
-    Each ``(BINS,)``, the first two NaN where a bin is empty.
+    Each is ``(BINS,)``; the first two are NaN in empty bins.
     """
     part = np.minimum((probability * BINS).astype(np.int64), BINS - 1)
     count = np.bincount(part, minlength=BINS)
@@ -55,9 +55,9 @@ def expected_calibration_error(
     probability: NDArray[np.float64], is_right: NDArray[np.bool_]
 ) -> float:
     """
-    Return the mean distance of stated probabilities ``(K,)`` from how often they were right.
+    Return the mean distance between stated probabilities ``(K,)`` and observed frequencies.
 
-    Over the :func:`reliability_bins`, weighted by how many fall into each; 0 for none.
+    The mean is over the :func:`reliability_bins`, weighted by their counts; 0 for no trials.
     """
     if not len(probability):
         return 0.0

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What became of estimated scales: how near their medians are, and what their intervals hold."""
+"""Accuracy of estimated scales: error of the median and coverage of the interval."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ Array = NDArray[np.float64]
 
 def interval_figures(errors: Array, weight: Array | None = None) -> dict[str, float]:
     """
-    Return shares of estimates that are near, hold the truth, and are called sure.
+    Return the shares of estimates that are near the truth, cover it, and are called sure.
 
     Parameters
     ----------
-    errors : (N, 3) logarithms of low, median and high over the truth, N of at least one
-    weight : (N,) of each estimate; None weighs all the same
+    errors : (N, 3) log ratios of low, median and high to the true scale, N >= 1
+    weight : (N,) of each estimate; None: equal weights
 
     Returns
     -------
-    ``within_10`` of medians within ten per cent; ``held`` of intervals that hold the truth;
-    ``sure`` and ``sure_wrong``, those called sure and those of them more than ten per cent off;
-    ``spread``, the median of high over low; ``log_rms``, of the medians' errors.
+    ``within_10``: medians within 10 %; ``held``: intervals that contain the truth; ``sure`` and
+    ``sure_wrong``: estimates called sure, and those of them with a median more than 10 % off;
+    ``spread``: median of high / low; ``log_rms``: RMS log error of the medians.
     """
     low, median, high = errors.T
     reach = np.log(SURE_FACTOR)

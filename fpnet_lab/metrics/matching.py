@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How many region matches are right."""
+"""Counts and scores of correct region matches."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from fpnet_lab.metrics.averages import mean
 
 @dataclass(frozen=True)
 class MatchCounts:
-    """Correct and predicted matches, and true partners that there were to find."""
+    """Numbers of correct, predicted and true matches."""
 
     correct: int
     predicted: int
     true: int
 
     def __add__(self, other: MatchCounts) -> MatchCounts:
-        """Pool two pairs of graphs."""
+        """Return the pooled counts of two pairs of graphs."""
         return MatchCounts(
             self.correct + other.correct, self.predicted + other.predicted, self.true + other.true
         )
@@ -35,19 +35,19 @@ class MatchCounts:
 
     @property
     def recall(self) -> float:
-        """Share of true partners that were found; 1 if there were none."""
+        """Share of true matches that were found; 1 if there were none."""
         return self.correct / self.true if self.true else 1.0
 
     @property
     def f1(self) -> float:
-        """Harmonic mean of precision and recall; 1 if nothing was there and nothing claimed."""
+        """Harmonic mean of precision and recall; 1 without true and predicted matches."""
         both = self.predicted + self.true
         return 2.0 * self.correct / both if both else 1.0
 
 
 def count_matches(pairs: NDArray[np.int64], labels: NDArray[np.int64]) -> MatchCounts:
     """
-    Compare ``pairs (K, 2)`` [plan, sub] with ``labels (N,)`` of the submap's regions.
+    Compare ``pairs (K, 2)`` [plan, submap] with ``labels (N,)`` of the submap's regions.
 
     Labels are plan indices, UNMATCHED or IGNORE; predictions on IGNORE regions do not count.
     """
@@ -64,7 +64,7 @@ def matching_score(counts: Sequence[MatchCounts]) -> float:
     """
     Return the paper's MS: correct over predicted matches, averaged over graph pairs.
 
-    A pair without predictions scores 0 if it had partners to find, else it is left out.
+    A pair without predictions scores 0 if it has true matches, otherwise it is left out.
     """
     scores = [item.precision for item in counts if item.predicted or item.true]
     return mean(scores) or 0.0

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How far a placement of the submap is from the truth: the paper's measures and metric ones.
+Errors of a submap placement: the paper's measures and metric ones.
 
 The paper's transform score (TS) and AUC compare translation *vectors* by their angle, so they
-depend on where both frames have their origins; they are kept for comparison with its tables.
+depend on the origins of both frames; they are kept for comparison with the paper's tables.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ AUC_DEGREES = (1, 10, 20)
 
 RIGHT_DEG, RIGHT_SCALE, RIGHT_DIAGONALS = 5.0, 0.1, 0.03
 """
-A placement is right within these: rotation, scale, and share of the plan's diagonal; the paper's
-direction says nothing where both frames begin anywhere. Chosen.
+Limits of a right placement: rotation, scale, and distance as a share of the plan's diagonal. The
+paper's direction is not used: it has no meaning where the frame origins are arbitrary. Chosen.
 """
 
 
 @dataclass(frozen=True)
 class PlacementError:
     """
-    One estimate against the truth; infinite where there is no estimate.
+    Error of one estimate; infinite without an estimate.
 
     ``rotation_deg`` and ``scale`` (relative) compare the similarity parts, ``direction_deg`` the
-    translation vectors, ``distance_m`` is that of the submap's middle in the plan's metres.
+    translation vectors; ``distance_m`` is the error at the submap's centre, in plan metres.
     """
 
     rotation_deg: float = np.inf
@@ -51,7 +51,7 @@ class PlacementError:
 
     @property
     def is_transform_right(self) -> bool:
-        """Tell whether the paper counts the transform as right (TS)."""
+        """Return whether the paper counts the transform as right (TS)."""
         rotation = 2.0 * np.sqrt(2.0) * abs(np.sin(np.deg2rad(min(self.rotation_deg, 180.0)) / 2))
         return bool(
             rotation < TS_ROTATION
@@ -60,12 +60,12 @@ class PlacementError:
         )
 
     def is_right(self, diagonal_m: float) -> bool:
-        """Tell whether it is right on a plan with such a diagonal."""
+        """Return whether the placement is right on a plan with this diagonal."""
         is_near = self.is_within(RIGHT_DIAGONALS * diagonal_m, RIGHT_DEG)
         return is_near and self.scale <= RIGHT_SCALE
 
     def is_within(self, distance_m: float, rotation_deg: float) -> bool:
-        """Tell whether the submap's middle and heading are this near."""
+        """Return whether position error at the submap's centre and heading error are in limits."""
         return self.distance_m <= distance_m and self.rotation_deg <= rotation_deg
 
 
@@ -88,13 +88,13 @@ def auc(errors: Sequence[PlacementError], limit_deg: float) -> float:
     """
     Return the area under the cumulative error curve up to ``limit_deg``, 0 to 1.
 
-    The error is the greater one of the rotation and of the angle between the translation vectors;
-    a missing estimate has an infinite one. 0 without errors.
+    The error is the larger of the rotation and the angle between the translation vectors; it is
+    infinite without an estimate. Returns 0 without errors.
     """
     if not errors:
         return 0.0
     worst = np.array([max(error.rotation_deg, error.direction_deg) for error in errors])
-    # Every error e below the limit lifts the curve by 1 / n from e on.
+    # Every error e below the limit raises the curve by 1 / n from e on.
     return float(np.clip(1.0 - worst / limit_deg, 0.0, None).sum() / len(worst))
 
 

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Buildings that never were: floorplans, matching pairs, worlds and recordings.
+Simulated buildings: floorplans, matching pairs, worlds and recordings.
 
-Every function takes a generator or a seed; equal seeds give equal results on every machine.
-Import what you need from the submodules: some load numba or Open3D.
+Every function takes a random generator or a seed; equal seeds give equal results on every
+machine. Import from the submodules that you need: some of them load numba or Open3D.
 """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the simulator makes pairs, plans and scans, start-up and compilation left out."""
+"""Throughput of the simulator for pairs, plans and scans, without start-up and compilation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from fpnet_lab.sim.pairs.writing import BLOCK_PAIRS, write_pairs
 from fpnet_lab.sim.plans import generate_plan
 
 ROOMS = (26, 34)
-"""Bounds of a storey's rooms: about 30. Chosen."""
+"""Bounds of the number of rooms of a storey: about 30. Chosen."""
 
 SENSOR = 'beams32'
 # Chosen, not measured:
@@ -51,17 +51,17 @@ def simulator_throughput(
 
     Parameters
     ----------
-    seed : names the storeys
-    workers : processes for pairs and plans, threads for scans
-    blocks : blocks of pairs that are written; the first of each worker is not timed
-    plans, scans : how many are timed
-    on_pairs : called with the number of pairs after each block
+    seed : seed of the storeys
+    workers : number of processes for pairs and plans, of threads for scans
+    blocks : number of blocks of pairs to write; the first block of each worker is not timed
+    plans, scans : number of timed plans and scans
+    on_pairs : callback that gets the number of pairs after each block
 
     Returns
     -------
     ``pairs_per_s`` (2D tour, both segmentations, features, labels, file), ``plans_per_s``
-    (generated and drawn), ``scans_per_s`` (a sweep of 32 beams in a furnished building), what
-    they were counted over, and the machine.
+    (generated and drawn), ``scans_per_s`` (a 32-beam sweep in a furnished building), the
+    sample sizes and a description of the machine.
     """
     return {
         'pairs_per_s': _pairs_per_s(seed, workers, blocks, on_pairs),
@@ -109,7 +109,7 @@ def _plans_per_s(seed: int, workers: int, count: int) -> float:
 
 
 def _draw_plans(chunk: tuple[int, int]) -> int:
-    """Generate and draw the plans of one chunk; return their number."""
+    """Generate and draw the plans of one chunk and return their number."""
     seed, number = chunk
     rng = np.random.default_rng([seed, abs(number), int(number < 0)])
     for _ in range(_CHUNK_PLANS):

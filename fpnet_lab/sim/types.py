@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulator means by a building: labelled rooms, doors and walls, in metres."""
+"""Types of the simulator's buildings: labelled rooms, doors and walls, in metres."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from fpnet_core.geometry import Affine2D
 DOUBLE_LEAF_M = 1.3
 """A single leaf covers openings up to this width. Chosen."""
 
-_LEAST_WIDTH_M = 1e-9  # numerical: an opening without width has no direction
+_LEAST_WIDTH_M = 1e-9  # numerical: avoids division by zero for openings without width
 
 
 @dataclass(frozen=True, eq=False)
 class PlanRoom:
-    """A room's inner outline ``polygon (V, 2)`` [m], counter-clockwise, not closed."""
+    """A room with its inner outline ``polygon (V, 2)`` [m], counter-clockwise, not closed."""
 
     polygon: NDArray[np.float64]
     kind: Literal['room', 'corridor', 'hall'] = 'room'
@@ -35,12 +35,12 @@ class PlanDoor:
     """
     An opening ``ends (2, 2)`` [m] in the middle of the wall between two rooms (indices).
 
-    ``is_open`` marks a passage of full height, without lintel, frame or leaf: the seam between
+    ``is_open`` marks a full-height passage without lintel, frame or leaf: the seam between
     two pieces of one corridor. Otherwise a leaf hangs at ``ends[hinge]`` and opens into
-    ``rooms[swing]``; openings wider than :data:`DOUBLE_LEAF_M` have a leaf at either end.
+    ``rooms[swing]``; openings wider than :data:`DOUBLE_LEAF_M` have a leaf at both ends.
 
-    A door to the outside has the same room twice; :attr:`normal` points out, and ``reach_m`` is
-    how far the outer wall goes that way [m]. Only sheets have such doors, never mirrored.
+    A door to the outside has the same room twice; :attr:`normal` points outwards, and ``reach_m``
+    is the extent of the outer wall along it [m]. Only sheets have such doors, never mirrored.
     """
 
     rooms: tuple[int, int]
@@ -52,7 +52,7 @@ class PlanDoor:
 
     @property
     def is_outside(self) -> bool:
-        """Tell whether it leads out of the building: both its rooms are the same."""
+        """Return whether the door leads out of the building: both its rooms are the same."""
         return self.rooms[0] == self.rooms[1]
 
     @property
@@ -84,8 +84,8 @@ class BuildingPlan:
     """
     The true layout of a building, frame ``building`` [m].
 
-    Rooms do not overlap; between two rooms lies a wall of about ``wall_m`` thickness, and the
-    outer wall surrounds them all. ``family`` names the generator's layout family.
+    Rooms do not overlap. A wall of about ``wall_m`` thickness separates neighbouring rooms, and
+    the outer wall surrounds them all. ``family`` names the generator's layout family.
     """
 
     rooms: tuple[PlanRoom, ...]
@@ -95,13 +95,13 @@ class BuildingPlan:
 
     @property
     def extent(self) -> NDArray[np.float64]:
-        """Lower and upper corner ``(2, 2)`` of all room outlines [m]."""
+        """Lower and upper corner ``(2, 2)`` of the bounding box of all room outlines [m]."""
         points = np.concatenate([room.polygon for room in self.rooms])
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     @cached_property
     def outlines(self) -> NDArray[np.object_]:
-        """The rooms' outlines as shapely polygons (R,) [m]."""
+        """Room outlines as shapely polygons (R,) [m]."""
         return polygons_from_rings([room.polygon for room in self.rooms])
 
     @property
@@ -110,7 +110,7 @@ class BuildingPlan:
         return float(shapely.area(self.outlines).sum())
 
     def mapped(self, A: Affine2D, first_room: int = 0) -> BuildingPlan:
-        """Return the plan elsewhere, its rooms numbered from ``first_room``."""
+        """Return the plan transformed by ``A``, with rooms numbered from ``first_room``."""
         turn = -1 if A.is_mirrored else 1
         return replace(
             self,
@@ -128,14 +128,14 @@ class BuildingPlan:
         )
 
     def joined_rooms(self) -> list[list[int]]:
-        """Return the rooms as people count them: pieces of one corridor are one room."""
+        """Return groups of room indices; all pieces of one corridor form one group."""
         seams = nx.Graph(door.rooms for door in self.doors if door.is_open)
         seams.add_nodes_from(range(len(self.rooms)))
         return [sorted(part) for part in nx.connected_components(seams)]
 
     def room_graph(self) -> nx.MultiGraph:
         """
-        Return rooms as nodes and doors as edges, numbered as in ``rooms`` and ``doors``.
+        Return a graph of rooms (nodes) and doors (edges), numbered like ``rooms`` and ``doors``.
 
         Nodes carry ``kind`` and ``area_m2``; edges have the door's number as key and carry
         ``width_m`` and ``is_open``.
@@ -155,7 +155,7 @@ def ring_of(polygon: shapely.Polygon) -> NDArray[np.float64]:
 
 
 def polygons_from_rings(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.object_]:
-    """Return rings (V, 2), not closed, as an array of shapely polygons."""
+    """Return an array of shapely polygons (R,) from open rings (V, 2)."""
     if not len(rings):
         return np.zeros(0, object)
     number = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Resumable state of a run: one safetensors file, its scalars in the header; nothing pickled."""
+"""Resumable state of a run: one safetensors file, scalars in its header, no pickle."""
 
 from __future__ import annotations
 
@@ -25,10 +25,9 @@ def save_state(
     path: Path, network: nn.Module, optimizer: torch.optim.Optimizer, scalars: Mapping[str, Any]
 ) -> None:
     """
-    Write parameters, optimiser moments and JSON ``scalars``.
+    Write parameters, optimizer moments and JSON ``scalars``.
 
-    The file appears under its name only when it is complete, so a run that is killed while
-    writing keeps its previous state.
+    The write is atomic: a run that is killed while writing keeps its previous state.
     """
     tensors = {_NETWORK + key: value for key, value in network.state_dict().items()}
     for index, moments in optimizer.state_dict()['state'].items():
@@ -40,7 +39,7 @@ def save_state(
 
 def load_state(path: Path, network: nn.Module, optimizer: torch.optim.Optimizer) -> dict[str, Any]:
     """
-    Restore parameters and optimiser moments in place and return the scalars.
+    Restore parameters and optimizer moments in place and return the scalars.
 
     Raises
     ------
@@ -55,7 +54,7 @@ def load_state(path: Path, network: nn.Module, optimizer: torch.optim.Optimizer)
     except (SafetensorError, OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
         raise WeightsError(
             f'{path}: not a training state of this network '
-            f'({str(error).splitlines()[0]}); remove it to start afresh'
+            f'({str(error).splitlines()[0]}); remove it to start again'
         ) from None
     moments: dict[int, dict[str, Tensor]] = {}
     for key, value in _below(tensors, _OPTIMIZER).items():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of a training run; apart from the run-time tree, which becomes ROS parameters."""
+"""Settings of a training run; separate from the run-time settings, which are ROS parameters."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class AugmentationConfig(Section):
 
 
 class TrainingConfig(Section):
-    """The whole run."""
+    """All settings of a run."""
 
     seed: int = Field(0, ge=0, description='Seed of initialisation, order and augmentation.')
     epochs: int = Field(36, ge=1, description='Passes over the training pairs.')
@@ -72,7 +72,7 @@ _PAPER_LOSS = {'loss.match': 1.0, 'loss.topology': 0.25, 'loss.spatial': 0.5}  #
 PRESETS: dict[str, dict[str, Any]] = {
     # Section V-A of the paper; it does not state an augmentation.
     'paper': {'network.kind': 'paper', **_PAPER_LOSS},
-    # The paper's backbone and first comparison: no edges, no penalties.
+    # The paper's backbone and its first comparison: no edges, no penalties.
     'superglue': {'network.kind': 'paper', 'network.edge_mapping': 'none'},
     'fpnet': {'network.kind': 'invariant'},
 }
@@ -80,7 +80,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 def parse_training_config(overrides: dict[str, Any], preset: str = 'fpnet') -> TrainingConfig:
     """
-    Return a preset changed by dotted ``overrides``, such as ``{'network.width': 64}``.
+    Return a preset changed by dotted ``overrides``, for example ``{'network.width': 64}``.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fitting how far poses may be off: the errors of drives are to be probable.
+Fit of the pose covariance model to the pose errors of simulated recordings.
 
-Maximum likelihood of normal errors, each run weighing the same. Buildings that are left out tell
-by how much the variances are too small for buildings that nobody has seen, and they are enlarged.
+Maximum likelihood of normally distributed errors with equal weight for each run. The variances are
+too small for unseen buildings; left-out buildings show by how much, and they are enlarged so.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from fpnet_lab.training.covariance_drives import Samples
 
 Array = NDArray[np.float64]
 
-# Numerical: where the search begins: logarithms of variances,
+# Numerical: start of the optimization: logarithms of variances,
 _POSITION, _YAW = 2.0 * np.log(0.1), 2.0 * np.log(0.012)
-# numerical: and of what odometry loses [1, m/s, rad/m, rad/s]; how far the latter may go.
+# numerical: and of odometry noise [1, m/s, rad/m, rad/s]; bounds of the latter.
 _GROWTH, _GROWTH_BOUNDS = np.log([0.03, 0.01, 0.003, 0.003]), (np.log(1e-3), np.log(0.2))
-_LEAST_STD = 1e-6  # numerical: of a figure that never varies
+_LEAST_STD = 1e-6  # numerical: of a constant feature
 
 
 @dataclass(frozen=True)
@@ -36,18 +36,18 @@ class CovarianceTraining:
     """Settings of a fit."""
 
     ridge: float = 0.01
-    """On the weights of standardised figures."""
+    """Penalty on the weights of standardised features."""
     folds: int = 5
-    """Of buildings that are left out together."""
+    """Number of groups of buildings to leave out together."""
     every: int = 2
-    """One in so many poses is looked at: neighbours are off alike."""
+    """Stride over the poses: errors of neighbouring poses are correlated."""
     aim: float = 2.5
-    """Mean normalised squared error of the buildings left out. Three degrees of freedom would make
-    it 3, but errors have longer tails: one in twelve was beyond the 95 % gate then."""
+    """Mean normalised squared error on left-out buildings. Three degrees of freedom would give 3,
+    but errors have heavier tails: with 3, one in twelve was beyond the 95 % gate."""
 
 
 def fit_covariance(samples: Samples, config: CovarianceTraining) -> UncertaintyModel:
-    """Return the model under which the errors are most probable."""
+    """Return the maximum likelihood model."""
     weight = _run_weights(samples)
     mean = weight @ samples.figures
     std = np.sqrt(weight @ (samples.figures - mean) ** 2) + _LEAST_STD
@@ -58,7 +58,7 @@ def fit_covariance(samples: Samples, config: CovarianceTraining) -> UncertaintyM
     def cost(parameters: Array) -> float:
         model = _model(parameters, mean, std)
         weights = np.concatenate([model.position[1:], model.yaw[1:]])
-        return float(share @ _surprise(model, few) + config.ridge * weights @ weights)
+        return float(share @ _log_loss(model, few) + config.ridge * weights @ weights)
 
     start = np.concatenate([[_POSITION], np.zeros(size), [_YAW], np.zeros(size), _GROWTH])
     bounds = [(None, None)] * (2 * size + 2) + [_GROWTH_BOUNDS] * len(_GROWTH)
@@ -73,7 +73,7 @@ def _model(parameters: Array, mean: Array, std: Array) -> UncertaintyModel:
 
 
 def covariances_of(model: UncertaintyModel, samples: Samples) -> Array:
-    """Return the covariances ``(N, 3, 3)`` that a model gives."""
+    """Return the covariances ``(N, 3, 3)`` predicted by a model."""
     cov = model.covariances(samples.figures, samples.information)
     return carried(cov, samples.away, samples.age_s, model.growth)
 
@@ -88,8 +88,8 @@ def _normalised(cov: Array, error: Array) -> Array:
     return np.asarray((error * solved).sum(axis=1))
 
 
-def _surprise(model: UncertaintyModel, samples: Samples) -> Array:
-    """Return what the errors cost ``(N,)`` [nats]."""
+def _log_loss(model: UncertaintyModel, samples: Samples) -> Array:
+    """Return the negative log-likelihood of the errors ``(N,)`` [nats], up to a constant."""
     cov = covariances_of(model, samples)
     return np.asarray(
         0.5 * (np.linalg.slogdet(cov)[1] + _normalised(cov, samples.error)), dtype=np.float64
@@ -97,7 +97,7 @@ def _surprise(model: UncertaintyModel, samples: Samples) -> Array:
 
 
 def _run_weights(samples: Samples) -> Array:
-    """Return weights ``(N,)`` that add up to one, the same for each run."""
+    """Return weights ``(N,)`` that sum to one, with equal totals for all runs."""
     counts = np.bincount(samples.run)
     weight = 1.0 / counts[samples.run]
     return np.asarray(weight / weight.sum())
@@ -106,7 +106,7 @@ def _run_weights(samples: Samples) -> Array:
 def held_back_errors(
     samples: Samples, config: CovarianceTraining, on_fold: Callable[[float], None] = lambda _: None
 ) -> Array:
-    """Return normalised squared errors ``(N,)``, each building's by a model that knows others."""
+    """Return normalised squared errors ``(N,)`` on buildings left out of the fit."""
     nees = np.zeros(len(samples))
     for fold in range(config.folds):
         is_out = samples.building % config.folds == fold
@@ -117,14 +117,14 @@ def held_back_errors(
 
 
 def enlarged(model: UncertaintyModel, factor: float) -> UncertaintyModel:
-    """Return the model with all variances larger by a factor."""
+    """Return the model with all variances multiplied by ``factor``."""
     growth = Growth(**{k: v * float(np.sqrt(factor)) for k, v in asdict(model.growth).items()})
     first = np.eye(len(FIGURES) + 1)[0] * np.log(factor)
     return replace(model, position=model.position + first, yaw=model.yaw + first, growth=growth)
 
 
 def consistency(nees: Array, run: NDArray[np.int64]) -> dict[str, float]:
-    """Return mean, worst run's mean and share inside the 95 % gate, each run weighing the same."""
+    """Return mean, worst run's mean and share inside the 95 % gate; runs have equal weights."""
     counts = np.maximum(np.bincount(run), 1)
     means = np.bincount(run, nees) / counts
     inside = np.bincount(run, nees <= GATE_95) / counts
@@ -138,7 +138,7 @@ def consistency(nees: Array, run: NDArray[np.int64]) -> dict[str, float]:
 
 
 def stored(model: UncertaintyModel, facts: dict[str, Any]) -> dict[str, Any]:
-    """Return the model as :meth:`UncertaintyModel.from_json` reads it, with ``facts`` beside."""
+    """Return the model with ``facts`` in the format of :meth:`UncertaintyModel.from_json`."""
     arrays = {
         name: np.round(getattr(model, name), 5).tolist()
         for name in ('mean', 'std', 'position', 'yaw')

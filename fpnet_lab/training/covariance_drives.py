@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Published poses of drives, what was seen of how well they are known, and what they were off by.
+Published poses of recordings with their covariance features and their errors.
 
-Buildings, tours and odometry are those of the localization benchmark, of another seed. Each drive
-is registered once and run on three drawings: the case's own, a rough one, and a rough one of one
-that is stretched, sketched or changed besides. What they are off by is counted from the affine map
-that fits a drawing best.
+Buildings, tours and odometry are those of the localization benchmark with other seeds. Each
+recording is registered once and run on three drawings: the case's own, a rough one, and a rough
+one that is also stretched, sketched or changed. Errors are relative to the best affine fit of a
+drawing.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from fpnet_lab.training.gathering import Columns
 
 Array = NDArray[np.float64]
 
-# Chosen: registering the sweeps of sensors with more beams takes five times as long, and what
-# odometry loses differs little.
+# Chosen: registering the sweeps of sensors with more beams takes five times as long, and their
+# odometry noise differs little.
 _SENSORS = ('planar', 'beams16', 'planar', 'planar', 'beams16')
 _ROUGHER = (Distortion.STRETCHED_5, Distortion.SKETCH, Distortion.CHANGED_WALLS)
 
@@ -49,15 +49,15 @@ class Samples(Columns):
     Parameters
     ----------
     figures, information : (N, F), (N, 3, 3)
-        The :class:`fpnet_core.pose_covariance.PoseFeatures` of the tick that each rests on.
+        The :class:`fpnet_core.pose_covariance.PoseFeatures` of the update behind each pose.
     away : (N, 2)
-        From where the tick had the robot to where it is, plan axes [m].
+        Displacement of the robot since that update, plan axes [m].
     age_s : (N,)
-        Since the tick's newest scan.
+        Time since the newest scan of that update.
     error : (N, 3)
-        In x, y [m] and yaw [rad] of the plan.
+        Error in x, y [m] and yaw [rad] of the plan.
     run, building : (N,) int64
-        Number of the run, of a drive on a drawing, and of the building.
+        Number of the run (a recording on a drawing), and of the building.
     """
 
     figures: Array
@@ -69,7 +69,7 @@ class Samples(Columns):
     building: NDArray[np.int64]
 
     def numbered(self) -> Samples:
-        """Return them with the runs of all buildings numbered through."""
+        """Return the samples with run numbers that are unique over all buildings."""
         keys = np.column_stack([self.building, self.run])
         return replace(self, run=np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1))
 
@@ -81,7 +81,7 @@ def gather_samples(
     config: FpnetConfig,
     on_drive: Callable[[float], None] = lambda count: None,
 ) -> Samples:
-    """Return the samples of a seed's drives; those that ``folder`` holds are taken over."""
+    """Return the samples of a seed's recordings; results in ``folder`` are reused."""
     tasks = {f'{seed}-{number:03d}': number for number in range(drives)}
     make = partial(_drive_samples, seed, config)
     made = make_once(folder, Samples, tasks, make, on_done=on_drive, columns=FIGURES)
@@ -89,10 +89,10 @@ def gather_samples(
 
 
 def _drive_samples(seed: int, config: FpnetConfig, number: int) -> Samples:
-    """Return the samples of one drive on its three drawings."""
+    """Return the samples of one recording on its three drawings."""
     plain = plain_cases(seed)
     case = replace(plain[number % len(plain)], sensor=_SENSORS[number % len(_SENSORS)])
-    if case.distortion is Distortion.UNKNOWN_SCALE:  # its metres are not metres
+    if case.distortion is Distortion.UNKNOWN_SCALE:  # its nominal metres are not true ones
         case = replace(case, distortion=Distortion.EXACT, group=Distortion.EXACT)
     inputs = make_inputs(case, Path())
     scans = kept_scans(inputs.scans, config.odometry)
@@ -107,14 +107,14 @@ def _drive_samples(seed: int, config: FpnetConfig, number: int) -> Samples:
 def _drawings(
     case: Case, inputs: CaseInputs, config: FpnetConfig
 ) -> Iterator[tuple[DrawnPlan, FpnetConfig]]:
-    """Yield a drive's drawings, and what a user would say of their scales."""
+    """Yield a recording's drawings with the user settings for their scales."""
     yield DrawnPlan(inputs.plan, inputs.A_plan_truth), settings_of(case, config)
     yield make_rough_plan(case), config
     yield make_rough_plan(case, _ROUGHER[case.seed % len(_ROUGHER)]), config
 
 
 def _samples_of(product: ProductRun, truth: Truth, run: int, building: int) -> Samples:
-    """Return the samples of a run; poses that are wrong, or have no truth near, are left out."""
+    """Return the samples of a run, without wrong poses and poses without truth."""
     published, odometry = product.run.published, product.run.odometry
     true, known = truth.poses.mapped(truth.A_plan_truth).at(published.stamps_ns)
     turned = wrap_to_pi(published.yaw - true.yaw)

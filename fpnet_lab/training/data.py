@@ -22,12 +22,11 @@ from fpnet_lab.sim.pairs.dataset import PairDataset
 from fpnet_lab.sim.pairs.pair import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig
 
-# Crops keep at least this many regions. Chosen.
+# Smallest number of regions of a crop. Chosen.
 _SMALLEST_CROP = 3
-# Numerical: batches are cut from runs of this many batches sorted by size, so that little is
-# padding.
+# Numerical: runs of this many batches are sorted by size before batching, to reduce padding.
 _SORTED_BATCHES = 8
-# Given: second word of the split's seed; epochs count up from zero and never reach it.
+# Given: second word of the split's seed; epoch numbers never reach it.
 _SPLIT_STREAM = 2**31
 
 
@@ -37,8 +36,8 @@ class PairArrays:
     One matching pair.
 
     ``plan_feat (M, D)``, ``sub_feat (N, D)`` float32; ``plan_edges (E, 2)``, ``sub_edges (E, 2)``
-    int64; ``labels (N,)`` int64 plan index, UNMATCHED or IGNORE; ``plan_id`` names the plan and
-    ``index`` the pair in its data set.
+    int64; ``labels (N,)`` int64 plan index, UNMATCHED or IGNORE; ``plan_id`` identifies the plan
+    and ``index`` the pair in its data set.
     """
 
     plan_feat: NDArray[np.float32]
@@ -66,13 +65,13 @@ class PairBatch:
 def load_pairs(
     dataset: PairDataset, network: type[RegionNetwork], limit: int | None = None
 ) -> list[PairArrays]:
-    """Return all stored pairs, or the first ``limit``, as rows of ``network``; 20 kB each."""
+    """Return all stored pairs, or the first ``limit``, as rows for ``network``; 20 kB each."""
     count = len(dataset) if limit is None else min(limit, len(dataset))
     return [pair_arrays(dataset.pair(index), network, index) for index in range(count)]
 
 
 def pair_arrays(pair: MatchingPair, network: type[RegionNetwork], index: int) -> PairArrays:
-    """Return pair ``index`` of a data set as the node rows that ``network`` takes."""
+    """Return pair ``index`` of a data set as node rows for ``network``."""
     return PairArrays(
         plan_feat=network.rows(pair.plan_graph),
         plan_edges=pair.plan_graph.edges,
@@ -88,10 +87,10 @@ def split_by_plan(
     pairs: Sequence[PairArrays], fraction: float, seed: int
 ) -> tuple[list[PairArrays], list[PairArrays]]:
     """
-    Return training and validation pairs; no plan is in both.
+    Return training and validation pairs with disjoint plans.
 
-    About ``fraction`` of the plans, and at least one, is held back. Each plan is decided by
-    itself, so a run that is continued with more data keeps its held-back plans apart.
+    About ``fraction`` of the plans, and at least one, is held back. Each plan is assigned
+    independently, so held-back plans stay held back if a run continues with more data.
     """
     draws = {
         plan: np.random.default_rng([seed, _SPLIT_STREAM, plan]).random()
@@ -107,7 +106,7 @@ def split_by_plan(
 def split_by_pair(
     pairs: Sequence[PairArrays], fraction: float, seed: int
 ) -> tuple[list[PairArrays], list[PairArrays]]:
-    """Return training and validation pairs of one building, which no plan can keep apart."""
+    """Return training and validation pairs of one building, where no split by plan exists."""
     held = np.random.default_rng([seed, _SPLIT_STREAM]).random(len(pairs)) <= fraction
     held[0] = True
     return (
@@ -117,7 +116,7 @@ def split_by_pair(
 
 
 def collate(pairs: Sequence[PairArrays]) -> PairBatch:
-    """Pad pairs into one batch."""
+    """Return pairs padded into one batch."""
     plan = tensors_of(pad_graphs([p.plan_feat for p in pairs], [p.plan_edges for p in pairs]))
     sub = tensors_of(pad_graphs([p.sub_feat for p in pairs], [p.sub_edges for p in pairs]))
     labels = np.full(sub.mask.shape, IGNORE, dtype=np.int64)
@@ -129,7 +128,7 @@ def collate(pairs: Sequence[PairArrays]) -> PairBatch:
 def batch_order(
     sizes: NDArray[np.int64], batch_size: int, rng: np.random.Generator
 ) -> list[NDArray[np.int64]]:
-    """Return shuffled index batches of pairs with similar ``sizes``; each pair comes once."""
+    """Return shuffled index batches of pairs with similar ``sizes``; each pair occurs once."""
     order = rng.permutation(len(sizes))
     batches: list[NDArray[np.int64]] = []
     run = batch_size * _SORTED_BATCHES
@@ -142,13 +141,13 @@ def batch_order(
 
 @dataclass(frozen=True)
 class Share:
-    """Which of ``count`` processes this is: batches go round, and all get equally many."""
+    """Index and number of processes; batches are distributed in turn and equally."""
 
     index: int = 0
     count: int = 1
 
     def of(self, batches: int) -> int:
-        """Return how many of so many batches each process gets."""
+        """Return the number of batches per process."""
         return batches // self.count
 
 
@@ -160,7 +159,7 @@ def training_batches(
     stream: Sequence[int],
     share: Share = Share(),
 ) -> Iterator[PairBatch]:
-    """Yield this process's share of one epoch of augmented batches; ``stream`` seeds it."""
+    """Yield this process's share of one epoch of augmented batches; ``stream`` is the seed."""
     rng = np.random.default_rng(stream)
     sizes = np.array([len(pair.plan_feat) for pair in pairs])
     order = batch_order(sizes, batch_size, rng)
@@ -176,7 +175,7 @@ def augment(
     config: AugmentationConfig,
     rng: np.random.Generator,
 ) -> PairArrays:
-    """Return the pair turned, cropped, mirrored, with noise and with regions missing."""
+    """Return the pair rotated, cropped, mirrored, with noise and without some regions."""
     crops = rng.random(2) < config.crop_probability
     keep_plan = _crop(pair.plan_edges, len(pair.plan_feat), crops[0], rng)
     pair = _without(pair, keep_plan, _crop(pair.sub_edges, len(pair.sub_feat), crops[1], rng))
@@ -214,7 +213,7 @@ def _perturb(
 def _crop(
     edges: NDArray[np.int64], count: int, is_wanted: bool, rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Choose a connected part of random size, as if less had been explored or drawn."""
+    """Return a mask of a connected part of random size, like a partly explored or drawn map."""
     if not (is_wanted and count):
         return np.ones(count, dtype=np.bool_)
     wanted = int(rng.integers(min(_SMALLEST_CROP, count), count + 1))
@@ -234,7 +233,7 @@ def _crop(
 
 
 def _drop_regions(pair: PairArrays, probability: float, rng: np.random.Generator) -> PairArrays:
-    """Remove random regions of either side."""
+    """Return the pair without random regions of both graphs."""
     keep_plan = _kept(len(pair.plan_feat), probability, rng)
     return _without(pair, keep_plan, _kept(len(pair.sub_feat), probability, rng))
 
@@ -242,7 +241,7 @@ def _drop_regions(pair: PairArrays, probability: float, rng: np.random.Generator
 def _without(
     pair: PairArrays, keep_plan: NDArray[np.bool_], keep_sub: NDArray[np.bool_]
 ) -> PairArrays:
-    """Keep only some regions; partners of removed plan regions become UNMATCHED."""
+    """Return the pair with some regions kept; partners of removed plan regions are UNMATCHED."""
     labels = pair.labels[keep_sub]
     renumbered = _renumber(keep_plan)
     matched = labels >= 0
@@ -257,7 +256,7 @@ def _without(
 
 
 def _kept(count: int, probability: float, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Choose nodes to keep; a graph is never emptied."""
+    """Return a random mask of nodes to keep, at least one."""
     keep = rng.random(count) >= probability
     return keep if keep.any() else np.ones(count, dtype=np.bool_)
 

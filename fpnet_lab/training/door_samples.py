@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the model of doors learns from: maps with known rooms, cut wherever rooms may part.
+Training data of the door model: maps with known rooms, split at all possible room boundaries.
 
-Drawings are those of real buildings of the tune half, bare and furnished, as they are and turned,
-mirrored and at scales that are off, and generated ones in many styles. Finished robots' maps are
-labelled ones of the tune half and drawings made into such. Submaps are ray-cast tours of
-generated buildings, and drives with lidars through others, with true poses that drift a little.
+Drawings are those of real buildings of the development split, bare and furnished, unchanged and
+rotated, mirrored and rescaled, and generated ones in many styles. Finished robot maps are labelled
+ones of the development split and drawings converted to robot maps. Submaps come from ray-cast
+tours of generated buildings, and from lidar recordings with true poses plus a small drift.
 """
 
 from __future__ import annotations
@@ -53,16 +53,16 @@ Labels = NDArray[np.int32]
 Array = NDArray[np.float64]
 
 FIRST_DRIVE = 5000
-"""Given: seed of the first drive, beyond those of the benchmark."""
+"""Given: seed of the first recording, larger than those of the benchmark."""
 
-_COLUMNS = (*LINE_FIGURES, *MAP_FIGURES)  # of the lines'
+_COLUMNS = (*LINE_FIGURES, *MAP_FIGURES)  # of the dividing lines
 
 # Chosen, not measured:
-_OFF = 0.1, 0.06  # standard deviations of scales, of real buildings and of generated ones
+_OFF = 0.1, 0.06  # standard deviations of log scales, of real and of generated buildings
 _ROOMS = (8, 48)
 _MIRRORED = 0.5  # share of variants of drawings
-_WIDENED = 0.5, 0.3  # share of generated storeys with wide openings, and of their doors
-_WIDE_M, _JAMB_M = (1.4, 3.8), 0.1  # width of such openings, and of the wall left at their ends
+_WIDENED = 0.5, 0.3  # share of generated storeys with wide openings, and of doors on them
+_WIDE_M, _JAMB_M = (1.4, 3.8), 0.1  # width of these openings, and of wall kept at their ends
 _SIM = SimConfig(
     building=BuildingConfig(moved_doors=0.0, moved_walls=0.0, removed_walls=0.0, added_walls=0.0)
 )
@@ -70,7 +70,7 @@ _SIM = SimConfig(
 
 @dataclass(frozen=True)
 class DoorAmounts(Counts):
-    """Variants of every real drawing and map, and generated maps of each kind."""
+    """Variants of every real drawing and map, and numbers of generated maps of each kind."""
 
     drawings: int = 5
     drawn_maps: int = 4
@@ -83,10 +83,10 @@ class DoorAmounts(Counts):
 @dataclass(frozen=True, eq=False)
 class DoorSample:
     """
-    A map cut into pieces.
+    Map split into pieces.
 
-    ``overlap (P, T + 1)`` is how much of each piece lies in each true room [m2], the first column
-    being what is in none; ``kind`` says where the map came from.
+    ``overlap (P, T + 1)`` is the area of each piece in each true room [m2]; the first column is
+    the area outside of all rooms. ``kind`` is the source of the map.
     """
 
     building: str
@@ -107,12 +107,12 @@ def gather_samples(
     on_map: Callable[[float], None] = lambda _: None,
 ) -> list[DoorSample]:
     """
-    Cut maps with known rooms; what ``folder`` holds is taken over.
+    Split maps with known rooms; results in ``folder`` are reused.
 
     Raises
     ------
     FpnetError
-        If the shared data is missing or incomplete, or a kept sample is unusable.
+        If the shared data is missing or incomplete, or a cached sample is unusable.
     """
     named = {task.name: task for task in tasks}
     kind = tuple[DoorSample, ...]
@@ -121,7 +121,7 @@ def gather_samples(
 
 
 def door_tasks(data: Path, seed: int, amounts: DoorAmounts) -> Iterator[DoorTask]:
-    """Yield the maps to cut, always the same ones."""
+    """Yield the tasks of all maps; deterministic."""
     drawings = [(name, kind) for name in TUNE_FLOORS for kind in ('clean', 'furnished')]
     for number, (name, kind) in enumerate(drawings):
         for variant in range(amounts.drawings):
@@ -144,7 +144,7 @@ def door_tasks(data: Path, seed: int, amounts: DoorAmounts) -> Iterator[DoorTask
 
 
 def _samples(task: DoorTask) -> tuple[DoorSample, ...]:
-    """Return a map's sample, none where there is nothing to cut."""
+    """Return a map's sample; none if the map cannot be split."""
     made, _ = task.begun()
     if made is None:
         return ()
@@ -155,14 +155,14 @@ def _samples(task: DoorTask) -> tuple[DoorSample, ...]:
     count, rooms = len(parts.pieces.peak), int(truth.max(initial=0)) + 1
     flat = labels.astype(np.int64) * rooms + truth
     cells = np.bincount(flat.ravel(), minlength=count * rooms).reshape(count, rooms)
-    cells[0] = 0  # true rooms' cells outside of all pieces are nobody's
+    cells[0] = 0  # ignore cells of true rooms outside of all pieces
     overlap = np.asarray(cells * scene.cell_m**2, np.float64)
     sample = DoorSample(task.building, task.kind, task.is_real, parts.pieces, parts.lines, overlap)
     return (sample,)
 
 
 def _off(rng: np.random.Generator, variant: int, spread: float) -> float:
-    """Return true metres per nominal one; the first variant is as it is."""
+    """Return true metres per nominal one; 1 for the first variant."""
     return 1.0 if variant == 0 else float(np.exp(rng.normal(0.0, spread)))
 
 
@@ -174,15 +174,15 @@ def _drawing(
     if variant:
         turns, is_mirrored = int(rng.integers(4)), rng.random() < _MIRRORED
         cells, truth = (_turned(values, turns, is_mirrored) for values in (cells, truth))
-    return _drawn(cells, grid.resolution * _off(rng, variant, _OFF[0])), truth
+    return _plan_scene(cells, grid.resolution * _off(rng, variant, _OFF[0])), truth
 
 
 def _turned(values: NDArray[Any], turns: int, is_mirrored: bool) -> NDArray[Any]:
     return np.ascontiguousarray(np.rot90(values[:, ::-1] if is_mirrored else values, turns))
 
 
-def _drawn(cells: NDArray[np.int8], cell_m: float) -> Scene:
-    """Return the scene of a drawing as it is cut at run time."""
+def _plan_scene(cells: NDArray[np.int8], cell_m: float) -> Scene:
+    """Return the scene of a drawing, prepared as at run time."""
     return drawn_scene(outside_as_unknown(cells, cell_m) == FREE, cell_m)
 
 
@@ -190,25 +190,25 @@ def _drawn_map(
     data: Path, name: str, kind: str, rng: np.random.Generator
 ) -> tuple[Scene, Labels] | None:
     grid, truth = read_storey_image(data, name, kind)
-    return _seen(submap_from_grid(robot_map_of(grid, rng)), truth, _off(rng, 1, _OFF[0]))
+    return _map_scene(submap_from_grid(robot_map_of(grid, rng)), truth, _off(rng, 1, _OFF[0]))
 
 
 def _robot_map(
     data: Path, stem: str, variant: int, rng: np.random.Generator
 ) -> tuple[Scene, Labels] | None:
     grid, truth = read_robot_map(data, stem)
-    return _seen(submap_from_grid(grid), truth, _off(rng, variant, _OFF[0]))
+    return _map_scene(submap_from_grid(grid), truth, _off(rng, variant, _OFF[0]))
 
 
-def _seen(submap: Submap, truth: Labels, metres: float = 1.0) -> tuple[Scene, Labels] | None:
-    """Return the scene of a submap as it is cut at run time, ``metres`` per nominal one."""
+def _map_scene(submap: Submap, truth: Labels, metres: float = 1.0) -> tuple[Scene, Labels] | None:
+    """Return the scene of a submap, prepared as at run time, ``metres`` per nominal one."""
     cell_m = submap.grid.resolution * metres
     made = part_scene(submap.grid, submap.lintel, cell_m, has_scans=is_from_scans(submap))
     return None if made is None else (made[0], truth)
 
 
 def with_wide_openings(plan: BuildingPlan, rng: np.random.Generator) -> BuildingPlan:
-    """Return a storey, some of whose doors may be as wide as the wall between two rooms allows."""
+    """Return a storey with some doors widened, up to the width of the wall between two rooms."""
     if rng.random() >= _WIDENED[0]:
         return plan
     doors = [
@@ -219,7 +219,7 @@ def with_wide_openings(plan: BuildingPlan, rng: np.random.Generator) -> Building
 
 
 def _widened(plan: BuildingPlan, door: PlanDoor, rng: np.random.Generator) -> PlanDoor:
-    """Return a door somewhere in the straight wall between its rooms, as wide as that allows."""
+    """Return a door at a random position and width in the straight wall between its rooms."""
     middle = door.ends.mean(axis=0)
     line = shapely.LineString([middle - _WIDE_M[1] * door.along, middle + _WIDE_M[1] * door.along])
     for room in door.rooms:
@@ -238,7 +238,7 @@ def _widened(plan: BuildingPlan, door: PlanDoor, rng: np.random.Generator) -> Pl
 
 
 def _piece_at(line: shapely.Geometry, place: Array) -> shapely.LineString:
-    """Return the piece of a line nearest to a place (2,)."""
+    """Return the piece of a line nearest to a point (2,)."""
     point = shapely.Point(place)
     pieces = [piece for piece in shapely.get_parts(line) if isinstance(piece, shapely.LineString)]
     return min(pieces, key=point.distance, default=shapely.LineString([place, place]))
@@ -247,11 +247,11 @@ def _piece_at(line: shapely.Geometry, place: Array) -> shapely.LineString:
 def _generated(rng: np.random.Generator) -> tuple[Scene, Labels]:
     plan, A_plan_building, grid = draw_styled(rng, with_wide_openings)
     metres = _off(rng, 1, _OFF[1])
-    return _drawn(grid.cells, grid.resolution * metres), _painted(plan, A_plan_building, grid)
+    return _plan_scene(grid.cells, grid.resolution * metres), _painted(plan, A_plan_building, grid)
 
 
 def _painted(plan: BuildingPlan, place: Affine2D | SE2, grid: GridMap) -> Labels:
-    """Return the true rooms (H, W) where ``place`` puts the building."""
+    """Return labels (H, W) of the true rooms with the building at ``place``."""
     labels = np.zeros(grid.shape, np.int32)
     for label, rings in enumerate(room_rings(plan), start=1):
         for ring in rings:
@@ -270,10 +270,10 @@ def _tour(rng: np.random.Generator) -> tuple[Scene, Labels] | None:
     if made is None:
         return None
     submap, T_submap_building = made
-    return _seen(submap, _painted(plan, T_submap_building, submap.grid))
+    return _map_scene(submap, _painted(plan, T_submap_building, submap.grid))
 
 
 def _drive(seed: int, rng: np.random.Generator) -> tuple[Scene, Labels] | None:
     drive = drifting_drive(seed, SENSOR_NAMES[seed % len(SENSOR_NAMES)], rng)
     submap = submap_of(drive.sweeps)
-    return _seen(submap, _painted(drive.plan, drive.T_building_odom.inv(), submap.grid))
+    return _map_scene(submap, _painted(drive.plan, drive.T_building_odom.inv(), submap.grid))

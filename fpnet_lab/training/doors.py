@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fitting the model of doors: whether pieces on both sides of a line lie in one true room.
+Fit of the door model: whether the pieces on both sides of a dividing line are in one true room.
 
-Lines are shown as they look at first, while true rooms grow in any order, when all are whole, and
-after what the last round's model would have joined: mistakes are to be contained, too. A line
-weighs as much as a mistake would cost, and real buildings more than generated ones.
+Training shows lines in their initial state, during random growth of true rooms, with all rooms
+complete, and after merges by the previous round's model, which include errors. The weight of a
+line is the cost of an error there; real buildings weigh more than generated ones.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ Array = NDArray[np.float64]
 Target = NDArray[np.int64]
 
 # Chosen, not measured:
-_LEAST_SHARE = 0.5  # of a piece in one true room, or it teaches nothing
-_LEAST_M2 = 0.1  # and so much of it
-_COST_M2 = (0.15, 8.0)  # areas of the smaller piece between which a mistake costs more
-_NOISE_M2 = 0.25  # smaller true rooms are noise of the labels
-_LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
+_LEAST_SHARE = 0.5  # least share of a piece in one true room; other pieces are not used
+_LEAST_M2 = 0.1  # least area of a piece in one true room
+_COST_M2 = (0.15, 8.0)  # range of the smaller piece's area in which the cost of an error grows
+_NOISE_M2 = 0.25  # smaller true rooms are label noise
+_LEAST_SPREAD = 0.01  # numerical: of an almost constant feature
 
 
 @dataclass(frozen=True)
 class DoorTraining(MemberTraining):
-    """Settings of a fit; they were chosen with buildings of the tune half left out."""
+    """Settings of a fit, chosen by cross-validation on the development split."""
 
     members: int = 4
     width: int = 48
@@ -51,19 +51,19 @@ class DoorTraining(MemberTraining):
     learning_rate: float = 4e-3
     weight_decay: float = 2e-2
     noise: float = 0.1
-    """Standard deviation of what is added to standardised figures."""
+    """Standard deviation of the noise on standardised features."""
     real_weight: float = 960.0
-    """A real building's lines, all maps of it together, each by what a mistake would cost."""
+    """Total weight of the lines of a real building over all its maps; relative to error costs."""
     orders: int = 2
-    """In so many random orders true rooms grow, each stopped at a random time."""
+    """Number of random orders in which true rooms grow, each stopped at a random time."""
     rounds: int = 2
-    """Fits; all but the first see what the last one would have joined."""
+    """Number of fits; all except the first see the merges of the previous model."""
     folds: int = 4
-    """Of real buildings that are left out together."""
+    """Number of groups of real buildings to leave out together."""
 
 
 class DoorNetwork(nn.Module):
-    """One network; see :class:`DoorModel`."""
+    """One ensemble member; see :class:`DoorModel`."""
 
     def __init__(self, width: int, dropout: float) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class DoorNetwork(nn.Module):
         self._dropout = nn.Dropout(dropout)
 
     def forward(self, figures: torch.Tensor) -> torch.Tensor:
-        """Return log odds (L,) of one room, of standardised figures (L, D)."""
+        """Return log odds (L,) of one room, for standardised features (L, D)."""
         hidden = self._dropout(nn.functional.silu(self.first(figures)))
         hidden = self._dropout(nn.functional.silu(self.second(hidden)))
         return torch.as_tensor(self.out(hidden)[:, 0])
@@ -81,7 +81,7 @@ class DoorNetwork(nn.Module):
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """Lines: figures (L, D), whether there is one room (L,), and what a mistake costs (L,)."""
+    """Lines: features (L, D), whether they are inside one room (L,), cost of an error (L,)."""
 
     figures: Array
     is_one: NDArray[np.bool_]
@@ -89,7 +89,7 @@ class Shown:
 
 
 def lines_shown(sample: DoorSample, target: Target) -> Shown:
-    """Return the lines that are left after pieces have gone to their ``target (P,)``."""
+    """Return the lines that remain after pieces are merged into ``target (P,)``."""
     pair = target[sample.lines.pieces]
     live = np.flatnonzero(pair[:, 0] != pair[:, 1])
     pair, now = pair[live], sample.pieces.joined(target)
@@ -106,7 +106,7 @@ def lines_shown(sample: DoorSample, target: Target) -> Shown:
 
 
 def _true_room(overlap: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the true room (P,) that each piece shares most with, and how much [m2]."""
+    """Return the true room (P,) with the largest overlap of each piece, and the overlap [m2]."""
     rooms = np.pad(overlap[:, 1:], ((0, 0), (0, 1)))
     return rooms.argmax(axis=1), rooms.max(axis=1)
 
@@ -114,7 +114,7 @@ def _true_room(overlap: Array) -> tuple[NDArray[np.int64], Array]:
 def _states(
     sample: DoorSample, model: DoorModel | None, config: DoorTraining, rng: np.random.Generator
 ) -> Iterator[Target]:
-    """Yield what pieces have joined: nothing, some and all of the true rooms, and the model's."""
+    """Yield merge states: no merges, part of or all true rooms, and merges by the model."""
     count = len(sample.pieces.peak)
     yield np.arange(count)
     room, inside = _true_room(sample.overlap)
@@ -133,7 +133,7 @@ def _states(
 
 
 def _joined(pairs: NDArray[np.int64], count: int) -> Target:
-    """Return where pieces (count,) have gone after ``pairs (K, 2)`` have joined."""
+    """Return the targets of pieces (count,) after merging ``pairs (K, 2)``."""
     target = np.arange(count)
     for a, b in pairs.tolist():
         target[target == target[b]] = target[a]
@@ -146,7 +146,7 @@ def fit_doors(samples: Sequence[DoorSample], config: DoorTraining) -> DoorModel:
     for number in range(config.rounds):
         shown = _shown(samples, model, config, np.random.default_rng([config.seed, number]))
         model = _fitted(shown, config)
-    assert model is not None, 'there is at least one round'
+    assert model is not None, 'rounds is at least one'
     return model
 
 
@@ -156,7 +156,7 @@ def _shown(
     config: DoorTraining,
     rng: np.random.Generator,
 ) -> Shown:
-    """Return the lines of all states of all samples, each by its weight."""
+    """Return the weighted lines of all states of all samples."""
     maps = Counter(sample.building for sample in samples)
     found: list[Shown] = []
     for sample in samples:
@@ -164,7 +164,7 @@ def _shown(
         total = sum(float(state.cost.sum()) for state in states)
         if total == 0.0:
             continue
-        # However large a real building's map is, it weighs the same.
+        # Maps of a real building have equal weight whatever their size.
         real = config.real_weight / maps[sample.building] / total
         weight = real if sample.is_real else 1.0
         found += [replace(state, cost=weight * state.cost) for state in states]
@@ -202,7 +202,7 @@ def room_f1(sample: DoorSample, model: DoorModel) -> float:
     """
     Return the F1 of rooms with intersection over union above one half, by areas of pieces.
 
-    True rooms are those parts of them that lie in pieces.
+    True rooms are restricted to their parts within pieces.
     """
     target = join_pieces(sample.pieces, sample.lines, model.probability_of_one_room)
     overlap = np.zeros_like(sample.overlap)
@@ -223,7 +223,7 @@ def held_back_figures(
     config: DoorTraining,
     on_fold: Callable[[float], None] = lambda _: None,
 ) -> dict[str, dict[str, float]]:
-    """Return the mean F1 by kind of map of models that have not seen the map's building."""
+    """Return the mean F1 by kind of map, by models fitted without the map's building."""
     scores: dict[str, list[float]] = {}
     for fold in folds(samples, config.folds):
         rest = [sample for sample in samples if sample.building not in fold]
@@ -239,7 +239,7 @@ def held_back_figures(
 
 
 def folds(samples: Sequence[DoorSample], count: int) -> list[set[str]]:
-    """Return the buildings that are left out together: real ones and others in as many folds."""
+    """Return buildings to leave out together: real and generated ones, in equally many folds."""
     real = sorted({sample.building for sample in samples if sample.is_real})
     rest = sorted({sample.building for sample in samples} - set(real))
     return [{*real[k::count], *rest[k::count]} for k in range(count)]

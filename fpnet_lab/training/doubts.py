@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fitting what doubts a building: which rooms are right, which buildings are, which are none at all.
+Fit of the parse quality model: right rooms, wrong parses, and images that are no floorplans.
 
-The second and third are fitted to what the first says of rooms that it has not learned from. All
-of it is measured with buildings left out, and the probabilities from which on a building is
-doubted, and a picture is no floorplan, are chosen there.
+The second and third parts are fitted to the first part's predictions for rooms that were left out.
+All figures and thresholds come from left-out buildings: above one threshold a parse gets a
+warning, above the other an image is no floorplan.
 """
 
 from __future__ import annotations
@@ -47,25 +47,25 @@ Bools = NDArray[np.bool_]
 
 FIRST_SEED = 4000
 """
-Numerical: of the sheets to learn from: seeds of the tune half that the benchmark does not reach.
+Numerical: first seed of training sheets: seeds of the development split unused by the benchmark.
 """
 
 OTHER = 'other'
-"""The kind of pictures that show no building. Given."""
+"""Kind of images without a building. Given."""
 
-_OTHERS = 8  # numerical: such pictures for each building
-_SAME_IOU = 0.5  # given: of a room found and a true one, as the benchmark has it
-_LEAST_SPREAD = 1e-3  # numerical: of evidence that hardly varies
+_OTHERS = 8  # numerical: number of such images per building
+_SAME_IOU = 0.5  # given: of a found and a true room, as in the benchmark
+_LEAST_SPREAD = 1e-3  # numerical: of an almost constant feature
 _MAX_ITERATIONS = 2000  # numerical
 
 
 @dataclass(frozen=True, eq=False)
 class DoubtTrial:
     """
-    A sheet that was read: evidence ``rooms (R, D)`` and ``whole (F,)``, and the truth.
+    Parsed sheet: evidence ``rooms (R, D)`` and ``whole (F,)``, and the truth.
 
-    Its rooms are ``right (R,)``; ``f1`` is that of its rooms. Sheets of one ``seed`` share a
-    building; of the kind :data:`OTHER` there is none.
+    ``right (R,)`` marks right rooms; ``f1`` is the room F1. Sheets of one ``seed`` show the same
+    building; those of kind :data:`OTHER` show none.
     """
 
     kind: str
@@ -77,26 +77,26 @@ class DoubtTrial:
 
     @property
     def evidence(self) -> SheetEvidence:
-        """What there is to see of it."""
+        """Evidence for the quality model."""
         return SheetEvidence(self.rooms, self.whole)
 
     @property
     def is_wrong(self) -> bool:
-        """Tell whether its rooms are not those of the truth."""
+        """Return whether the rooms are wrong."""
         return self.f1 < GOOD_F1
 
 
 @dataclass(frozen=True)
 class DoubtTraining:
-    """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
+    """Settings of a fit; the defaults were chosen by cross-validation on the development split."""
 
     room_strength: float = 1.0
     sheet_strength: float = 0.1
-    """Inverse of the ridges that keep the weights of figures small."""
+    """Inverse ridge penalties on the weights of features."""
     right_doubted: float = 0.05
-    """Share of right buildings, left out, that are doubted: where the threshold is."""
+    """Share of left-out right parses that get a warning: determines the threshold."""
     taken_for_other: float = 0.0
-    """Share of buildings, right or wrong, left out, that are taken for something else."""
+    """Share of left-out buildings, right or wrong, classified as no floorplan."""
     folds: int = 6
     seed: int = 0
 
@@ -104,10 +104,10 @@ class DoubtTraining:
 @dataclass(frozen=True, eq=False)
 class HeldOut:
     """
-    What models say of buildings they have not seen.
+    Predictions of models for left-out buildings.
 
-    ``right`` holds (R,) of each building's rooms, ``wrong (N,)`` is that of each building, and
-    ``other (N,)`` of each trial, those of no building last.
+    ``right`` holds probabilities (R,) for each building's rooms, ``wrong (N,)`` those for each
+    building, and ``other (N,)`` those for each trial, images without a building last.
     """
 
     right: list[Array]
@@ -122,7 +122,7 @@ def gather_trials(
     workers: int = 1,
     on_sheet: Callable[[float], None] = lambda _: None,
 ) -> list[DoubtTrial]:
-    """Return the trials of all sheets and other pictures; what ``folder`` holds is taken over."""
+    """Return the trials of all sheets and other images; results in ``folder`` are reused."""
     tasks: dict[str, tuple[int, SheetKind | None]] = {
         f'{kind.value}-{seed}': (seed, kind) for seed, kind in product(seeds, SheetKind)
     }
@@ -143,7 +143,7 @@ def gather_trials(
 def sheet_trials(
     config: SegmentationConfig, drawn: tuple[int, SheetKind | None]
 ) -> tuple[DoubtTrial, ...]:
-    """Read a sheet from a file as a user's; none where it is refused or has no rooms."""
+    """Parse a sheet from a file; return no trial if it is rejected or has no rooms."""
     seed, of_kind = drawn
     if of_kind is None:
         return _other_trials(seed, config)
@@ -174,20 +174,20 @@ def fit_doubts(
     on_fold: Callable[[float], None] = lambda _: None,
 ) -> tuple[DoubtModel, HeldOut]:
     """
-    Fit the model to all trials, its thresholds to what was held out, and return both.
+    Fit the model to all trials and its thresholds to the held-out predictions; return both.
 
     Raises
     ------
     FpnetError
-        If there are fewer buildings than folds, all of them are right or wrong, or no picture
-        shows none.
+        If there are fewer buildings than folds, all of them are right or wrong, or all images show
+        a building.
     """
     buildings, others = _parted(trials)
     wrong = _wrong(buildings)
     seeds = {trial.seed for trial in buildings}
     if len(seeds) < config.folds or wrong.all() or not wrong.any() or not others:
         raise FpnetError(
-            'too few sheets to learn from: it takes right and wrong ones, and other pictures'
+            'too few sheets to learn from; provide right and wrong ones, and other images'
         )
     held_out = left_out(trials, config, on_fold)
     doubted_from = threshold(held_out.wrong, wrong, config.right_doubted)
@@ -201,7 +201,7 @@ def fit_doubts(
 
 
 def _parted(trials: Sequence[DoubtTrial]) -> tuple[list[DoubtTrial], list[DoubtTrial]]:
-    """Return the trials of buildings, and those of other pictures."""
+    """Return the trials of buildings, and those of other images."""
     buildings = [trial for trial in trials if trial.kind != OTHER]
     return buildings, [trial for trial in trials if trial.kind == OTHER]
 
@@ -209,7 +209,7 @@ def _parted(trials: Sequence[DoubtTrial]) -> tuple[list[DoubtTrial], list[DoubtT
 def _all_right(
     right: Sequence[Array], others: Sequence[DoubtTrial], rooms: Regression
 ) -> list[Array]:
-    """Return how right (R,) each trial's rooms seem, of buildings as they were left out."""
+    """Return predictions (R,) for each trial's rooms; those of buildings are held out."""
     return [*right, *(rooms(trial.rooms) for trial in others)]
 
 
@@ -218,7 +218,7 @@ def left_out(
     config: DoubtTraining,
     on_fold: Callable[[float], None] = lambda _: None,
 ) -> HeldOut:
-    """Return what is said of each trial by models that have not seen its building."""
+    """Return predictions for each trial by models that were fitted without its building."""
     trials, others = _parted(trials)
     fold = _folds(trials, config)
     right = [np.zeros(len(trial.right)) for trial in trials]
@@ -239,7 +239,7 @@ def left_out(
 
 
 def _left_out_others(trials: Sequence[DoubtTrial], figures: Array, config: DoubtTraining) -> Array:
-    """Return how probably (N,) each trial is another picture, by those of other seeds."""
+    """Return the probability (N,) that each trial shows no building, by leaving out its seed."""
     fold = _folds(trials, config)
     is_other = np.array([trial.kind == OTHER for trial in trials])
     other = np.zeros(len(trials))
@@ -251,7 +251,7 @@ def _left_out_others(trials: Sequence[DoubtTrial], figures: Array, config: Doubt
 
 
 def _folds(trials: Sequence[DoubtTrial], config: DoubtTraining) -> NDArray[np.int64]:
-    """Return the fold (N,) of each trial; a building is in one of them."""
+    """Return the fold (N,) of each trial; all trials of a building are in one fold."""
     _, number = np.unique([trial.seed for trial in trials], return_inverse=True)
     order = np.random.default_rng(config.seed).permutation(int(number.max()) + 1)
     return np.asarray(order[number] % config.folds, dtype=np.int64)
@@ -267,7 +267,7 @@ def _figures(trials: Sequence[DoubtTrial], right: Sequence[Array]) -> Array:
 
 
 def fit_rooms(trials: Sequence[DoubtTrial], config: DoubtTraining) -> Regression:
-    """Fit what tells which rooms are right; buildings weigh the same."""
+    """Fit the model of right rooms; buildings have equal weight."""
     weight = np.concatenate([np.full(len(t.right), 1.0 / len(t.right)) for t in trials])
     right = np.concatenate([trial.right for trial in trials])
     figures = np.concatenate([trial.rooms for trial in trials])
@@ -277,7 +277,7 @@ def fit_rooms(trials: Sequence[DoubtTrial], config: DoubtTraining) -> Regression
 def fit_sheets(
     trials: Sequence[DoubtTrial], right: Sequence[Array], config: DoubtTraining
 ) -> Regression:
-    """Fit what tells which buildings are wrong, whose rooms are ``right (R,)`` with so much."""
+    """Fit the model of wrong parses; ``right (R,)`` are the room probabilities of each trial."""
     return _fitted(_figures(trials, right), _wrong(trials), None, config.sheet_strength)
 
 
@@ -289,14 +289,14 @@ def _fitted(figures: Array, is_so: Bools, weight: Array | None, strength: float)
 
 
 def threshold(probability: Array, wrong: Bools, right_doubted: float) -> float:
-    """Return the probability (of N,) above which so large a share of the right ones lies."""
+    """Return the threshold on ``probability (N,)`` exceeded by a share of the right ones."""
     return float(np.quantile(probability[~wrong], 1.0 - right_doubted))
 
 
 def held_out_figures(
     trials: Sequence[DoubtTrial], held_out: HeldOut, model: DoubtModel
 ) -> dict[str, float]:
-    """Return how well left-out buildings are told right or wrong, and other pictures from them."""
+    """Return the classification figures for left-out buildings and other images."""
     trials, others = _parted(trials)
     wrong, p = _wrong(trials), held_out.wrong
     figures = {
@@ -321,7 +321,7 @@ def held_out_figures(
 def write_doubts(
     path: Path, model: DoubtModel, config: DoubtTraining, facts: dict[str, Any]
 ) -> None:
-    """Write the model; ``facts`` say how it was made."""
+    """Write the model; ``facts`` join its manifest."""
     stored = {
         'doubted_from': round(model.doubted_from, 6),
         'other_from': round(model.other_from, 6),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fit the evidence model of consensus to placements of pairs whose truth is known."""
+"""Fit of the consensus evidence model to placements of pairs with known truth."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ Array = NDArray[np.float64]
 RIGHT_RAD = float(np.deg2rad(8.0))
 RIGHT_UNITS = 2.0
 RIGHT_LOG_SCALE = 0.12
-"""A placement within these of the truth is right: near enough for refinement to close. Chosen."""
+"""Largest errors of a right placement: refinement converges from there. Chosen."""
 
 _REGULARISATION = 1e-3  # chosen
 
 
 @dataclass(frozen=True, eq=False)
 class PlacementExample:
-    """The evidence ``(C, K)`` of one pair's placements, and which were right ``(C,) bool``."""
+    """Evidence ``(C, K)`` of one pair's placements, and which are right ``(C,) bool``."""
 
     evidence: Array
     is_right: NDArray[np.bool_]
@@ -54,19 +54,19 @@ def calibrate(
     facts: Mapping[str, Any] | None = None,
 ) -> EvidenceModel:
     """
-    Fit the model to held-back ``pairs`` and write weights with it to ``out``.
+    Fit the model to held-back ``pairs`` and write it with the network's weights to ``out``.
 
     Parameters
     ----------
-    weights : of the network; None for the packaged ones
+    weights : of the network; None: the packaged ones
     pairs : of buildings that the network was not trained on
     out : weights and manifest; may be ``weights``
-    facts : of the pairs, for the manifest's entry ``evidence_data``
+    facts : about the pairs, for the manifest's entry ``evidence_data``
 
     Returns
     -------
-    The model. What placements the network's likelihoods lead to on buildings that it was not
-    trained on is what the model has to judge later.
+    The model. It needs pairs of buildings that the network was not trained on, because the network
+    is less confident there, as in use.
     """
     network = read_weights(weights, FEATURE_SCHEMA)
     matcher = LearnedMatcher(MatcherConfig(weights=str(weights or '')), settle=False)
@@ -92,7 +92,7 @@ def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
 def score_assignments(
     assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry, A_plan_submap: Affine2D
 ) -> NDArray[np.bool_]:
-    """Return ``(C,)``: which placements agree with the true transform at the submap's middle."""
+    """Return ``(C,)``: whether placements agree with the true transform at the submap's centre."""
     a, b = assignments.similarity[:, 0], assignments.similarity[:, 1]
     linear = A_plan_submap.linear * (sub.unit / plan.unit)
     middle = (A_plan_submap.apply(sub.origin) - plan.origin) / plan.unit
@@ -105,11 +105,11 @@ def score_assignments(
 
 def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
     """
-    Return the weights under which the right placements, or their absence, are most likely.
+    Return the weights that maximize the likelihood of right placements, or of their absence.
 
-    A conditional logit: the softmax over a pair's placements and "none" is its posterior, whose
-    likelihood is concave in the weights where one alternative is right. Pairs without any
-    placement say nothing. PoseFeatures are not constrained.
+    This is a conditional logit: the softmax over a pair's placements and "none" is its posterior.
+    Its likelihood is concave in the weights if one alternative is right. Pairs without placements
+    are ignored. The signs of the weights are not constrained.
     """
     used = [example for example in examples if len(example.is_right)]
     spread = np.concatenate([e.evidence for e in used]).std(axis=0) + 1e-6

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is gathered to learn from: how much of it, by which tasks, and as which columns."""
+"""Common types for generating training data: amounts, tasks and columns of samples."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Counts:
     """Numbers of samples by kind: the fields of a subclass, all int."""
 
     def scaled(self, share: float) -> Self:
-        """Return so large a share of everything, at least one of each."""
+        """Return the counts multiplied by ``share``, at least one of each kind."""
         return type(self)(**{kind: max(1, round(share * n)) for kind, n in vars(self).items()})
 
 
 @dataclass(frozen=True)
 class MapTask(Generic[Source]):
-    """A map to learn from, where it is of, and the seed of its random choices."""
+    """A training map, its building, and the seed of its random choices."""
 
     make: Callable[[np.random.Generator], Source]
     building: str
@@ -36,21 +36,21 @@ class MapTask(Generic[Source]):
 
     @property
     def name(self) -> str:
-        """Its own among the tasks of all runs."""
+        """Unique name among the tasks of all runs."""
         return '-'.join(map(str, self.seed))
 
     def begun(self) -> tuple[Source, np.random.Generator]:
-        """Return the map and the generator that made it, for what comes after."""
+        """Return the map, and its random generator for later steps."""
         cv2.setNumThreads(1)  # several processes share the cores
         rng = np.random.default_rng(self.seed)
         return self.make(rng), rng
 
 
 class Columns:
-    """Samples as columns: the fields of a frozen dataclass, arrays with a row for each sample."""
+    """Samples as columns: fields of a frozen dataclass, arrays with one row per sample."""
 
     def __len__(self) -> int:
-        """Count the samples."""
+        """Return the number of samples."""
         return len(next(iter(vars(self).values())))
 
     def where(self, chosen: Any) -> Self:
@@ -59,7 +59,7 @@ class Columns:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """Return the samples of all ``parts``, of which there is at least one, in their order."""
+        """Return the samples of all ``parts``, at least one, in order."""
         columns: dict[str, NDArray[Any]] = {
             name: np.concatenate([vars(part)[name] for part in parts]) for name in vars(parts[0])
         }

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The training loop: warm-up and cosine, early stopping on held-back plans, resumable.
+Training loop: warm-up and cosine schedule, early stopping on held-back plans, resumable.
 
-Started by ``torchrun``, its processes share every epoch's batches and average their gradients;
-all of them validate, and the first one writes.
+Under ``torchrun``, processes share every epoch's batches and average their gradients; all of them
+validate, and the first one writes.
 """
 
 from __future__ import annotations
@@ -63,14 +63,14 @@ class EpochRecord:
 
 @dataclass(frozen=True)
 class Hooks:
-    """What a caller is told: every step (pairs done) and every epoch."""
+    """Callbacks: after every step (number of pairs) and after every epoch."""
 
     on_pairs: Callable[[float], None] = lambda count: None
     on_epoch: Callable[[EpochRecord], None] = lambda record: None
 
 
 def seeded_network(config: TrainingConfig) -> RegionNetwork:
-    """Return a network initialised from the run's seed, leaving torch's global state alone."""
+    """Return a network initialized from the run's seed; torch's global state is unchanged."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
         return make_network(config.network)
@@ -81,21 +81,21 @@ class Trainer:
     One run in the folder ``out``.
 
     Writes ``training.json`` (configuration), ``curves.csv`` and ``tensorboard/``,
-    ``last.safetensors`` (state) and, whenever the validation loss falls, ``matcher.safetensors``
-    with its manifest, which is what the matcher loads. A folder that holds a state is continued.
+    ``last.safetensors`` (state) and, whenever the validation loss decreases, the matcher's weights
+    ``matcher.safetensors`` with their manifest. A folder with a state is resumed.
 
     Parameters
     ----------
     config : the run's settings
     out : the run's folder
     device : ``cpu``, ``cuda`` or ``cuda:N``
-    recipe : what the data are, for the manifest
+    recipe : description of the data, for the manifest
     initial : weights to start from instead of random ones
 
     Raises
     ------
     ConfigError
-        If ``out`` holds a run with another configuration, or the device is not there.
+        If ``out`` holds a run with another configuration, or the device does not exist.
     WeightsError
         If ``initial`` or the state in ``out`` do not fit the network.
     """
@@ -128,7 +128,7 @@ class Trainer:
 
     @property
     def is_first(self) -> bool:
-        """Tell whether this process writes and reports; the only one always does."""
+        """Return whether this process writes and reports; always True for a single process."""
         return bool(self.fabric.is_global_zero)
 
     def fit(
@@ -137,7 +137,7 @@ class Trainer:
         validation: Sequence[PairArrays],
         hooks: Hooks | None = None,
     ) -> None:
-        """Train until the last epoch, or until ``patience`` epochs brought nothing better."""
+        """Train until the last epoch, or until ``patience`` epochs without improvement."""
         hooks = hooks or Hooks()
         while self.next_epoch < self.config.epochs:
             if self.next_epoch - self.best_epoch > self.config.patience:
@@ -154,7 +154,7 @@ class Trainer:
         epoch, config = self.next_epoch, self.config
         share = Share(self.fabric.global_rank, self.fabric.world_size)
         steps_per_epoch = share.of(math.ceil(len(training) / config.batch_size))
-        # A stream per epoch: a resumed run sees the very batches of an uninterrupted one.
+        # One random stream per epoch: a resumed run gets the batches of an uninterrupted one.
         stream = [config.seed, epoch]
         batches = training_batches(
             training,
@@ -254,26 +254,26 @@ class Trainer:
 
 
 def use_threads(count: int) -> None:
-    """Let tensor operations of this process use ``count`` CPU threads."""
+    """Set the number of CPU threads for tensor operations of this process."""
     torch.set_num_threads(count)
 
 
 def make_fabric(device: str, out: Path) -> Fabric:
     """
-    Return an engine for ``cpu``, ``cuda`` or ``cuda:N`` whose TensorBoard curves go to ``out``.
+    Return an engine for ``cpu``, ``cuda`` or ``cuda:N`` that logs TensorBoard curves to ``out``.
 
     Under ``torchrun`` it spans all processes, one GPU each.
 
     Raises
     ------
     ConfigError
-        If the device is unknown or absent.
+        If the device is unknown or missing.
     """
     kind, _, index = device.partition(':')
     if kind not in ('cpu', 'cuda') or (index and not (kind == 'cuda' and index.isdigit())):
         raise ConfigError(f'device {device!r}: expected cpu, cuda or cuda:N')
     if kind == 'cuda' and int(index or 0) >= torch.cuda.device_count():
-        raise ConfigError(f'device {device!r} is not there; use --device cpu')
+        raise ConfigError(f'device {device!r} does not exist; use --device cpu')
     curves = TensorBoardLogger(out, name=CURVES_FOLDER, version='')
     local, total = (int(os.environ.get(f'{name}WORLD_SIZE', '1')) for name in ('LOCAL_', ''))
     if total > 1:

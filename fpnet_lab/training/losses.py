@@ -1,20 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The three loss terms of the paper's equation (10), all with gradients.
+Loss terms of the paper's equation (10), all differentiable.
 
-As printed, the topology and spatial terms fall when errors rise (``1 - error`` and ``-error``)
-and compare hard assignments, through which no gradient flows. Here both are expected errors
-under the soft assignment ``X`` and are minimised:
+As printed, the topology and spatial terms decrease when errors increase (``1 - error`` and
+``-error``) and compare hard assignments, which have no gradient. Here both are expected errors
+under the soft assignment ``X`` and are minimized:
 
 - match: negative log-likelihood of the true partner, or of the dustbin for nodes without one;
 - topology: for two submap nodes j, l with true partners, the expected adjacency of their images
   ``E_jl = sum_ik X_ij A_ik X_kl`` against the adjacency of the true partners;
 - spatial: for a submap node with a true partner, the expected distance of its image from the
-  true partner, ``sum_i X_ij |p_i - p_gt(j)|``. An expected position instead would forgive mass
-  that is split between two rooms on either side of the true one.
+  true partner, ``sum_i X_ij |p_i - p_gt(j)|``. The distance of the expected position would be
+  zero for mass split between two rooms on opposite sides of the true one.
 
-Mass in the dustbin adds nothing to the last two; the first pays for it.
+Mass in the dustbin does not affect the last two terms; the first penalizes it.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ def matching_loss(
     ----------
     log_assignment : as returned by the network, dustbins last
     labels : (B, N) int64, plan index of each submap node, UNMATCHED, or IGNORE (also padding)
-    plan : the plan side; its adjacency and positions are the ground truth
+    plan : the plan graphs; their adjacency and positions are the ground truth
     weights : the three weights
     """
     probability = log_assignment.exp()
     match = match_loss(probability, labels, plan.mask)
     assignment = probability[:, :-1, :-1]
-    # Terms without a weight cost as much as the network's last layer; they are not computed.
+    # Terms without a weight are skipped: they cost as much as the network's last layer.
     topology = spatial = match.new_zeros(())
     if weights.topology:
         topology = topology_loss(assignment, labels, plan.adjacency)
@@ -73,7 +73,7 @@ def matching_loss(
 def supervised_loss(
     outputs: Sequence[Tensor], labels: Tensor, plan: GraphBatch, weights: LossConfig
 ) -> LossTerms:
-    """Return the mean loss of several layers' log-assignments; arguments as above."""
+    """Return the mean :func:`matching_loss` of several layers' log-assignments."""
     terms = [matching_loss(output, labels, plan, weights) for output in outputs]
     return LossTerms(
         total=torch.stack([term.total for term in terms]).mean(),
@@ -87,9 +87,9 @@ def match_loss(probability: Tensor, labels: Tensor, plan_mask: Tensor) -> Tensor
     """
     Return the mean negative log-likelihood of matches plus that of true dustbins.
 
-    Matched nodes, unmatched submap nodes and unmatched plan nodes are each averaged within a
-    pair: a plan has many more nodes than a submap sees, and their dustbins would outvote the
-    matches. ``probability (B, M+1, N+1)``; IGNORE nodes count nowhere.
+    Matched nodes, unmatched submap nodes and unmatched plan nodes are each averaged within a pair:
+    a plan has many more nodes than a submap, and their dustbins would outweigh the matches.
+    ``probability (B, M+1, N+1)``; IGNORE nodes are not counted.
     """
     nll = -(probability + LIKELIHOOD_FLOOR).log()
     matched = labels >= 0
@@ -133,6 +133,6 @@ def spatial_loss(assignment: Tensor, labels: Tensor, distances: Tensor) -> Tenso
 
 
 def _mean_where(values: Tensor, chosen: Tensor) -> Tensor:
-    """Return means ``(B,)`` of ``values (B, K)`` where ``chosen``; 0 where nothing is chosen."""
+    """Return means ``(B,)`` of ``values (B, K)`` where ``chosen``; 0 if nothing is chosen."""
     total = torch.where(chosen, values, 0.0).sum(dim=-1)
     return total / chosen.sum(dim=-1).clamp_min(1)

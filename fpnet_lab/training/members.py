@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fitting small networks that vote: one after another, each from a seed of its own."""
+"""Training of ensembles of small networks, each from its own seed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from fpnet_core.io.weights import write_weights
 
 Network = TypeVar('Network', bound=nn.Module)
 
-_SEEDS = 1009  # numerical: members' seeds of two runs are not the same
+_SEEDS = 1009  # numerical: keeps the members' seeds of different runs apart
 
 
 @dataclass(frozen=True)
 class MemberTraining:
-    """Settings of a fit that small networks have in common."""
+    """Common training settings of small networks."""
 
     members: int = 5
     width: int = 32
@@ -35,7 +35,7 @@ class MemberTraining:
     seed: int = 0
 
     def seed_of(self, member: int) -> int:
-        """Return the seed of one network."""
+        """Return the seed of one member."""
         return self.seed * _SEEDS + member
 
 
@@ -48,15 +48,15 @@ def fit_member(
     generator: torch.Generator | None = None,
 ) -> Network:
     """
-    Fit one network; the same data, settings and number give the same network.
+    Train one network; the same data, settings and member give the same network.
 
     Parameters
     ----------
-    make : a network with random weights, from torch's global state, which is put back
-    loss_of : of a network on the samples at these indices (B,)
-    count : how many samples there are
-    config, member : the settings, and which of the networks
-    generator : shuffles the samples; None takes the global state
+    make : returns a network initialized from torch's global random state, which is restored
+    loss_of : loss of a network on the samples at indices (B,)
+    count : number of samples
+    config, member : settings, and number of the network
+    generator : shuffles the samples; None: the global state
     """
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed_of(member))
@@ -80,9 +80,9 @@ def fit_member(
 
 def stacked_layers(networks: Sequence[nn.Module]) -> dict[str, NDArray[Any]]:
     """
-    Return weights (members, ...) by layer, and biases by ``LAYER_bias``.
+    Return weights (members, ...) by layer; the key of biases is ``LAYER_bias``.
 
-    Layers with one output have no axis for it.
+    Layers with one output have no output axis.
     """
     layers: dict[str, NDArray[Any]] = {}
     for name in dict(networks[0].named_parameters()):
@@ -100,7 +100,7 @@ def write_members(
     facts: Mapping[str, Any],
     **inputs: Sequence[str],
 ) -> None:
-    """Write networks with their manifest: the names of their ``inputs``, settings, and facts."""
+    """Write networks and manifest: names of their ``inputs``, settings, and facts."""
     network = {'members': config.members, 'width': config.width}
     named = {kind: list(names) for kind, names in inputs.items()}
     manifest = {'network': network | named, 'training': asdict(config), **facts}

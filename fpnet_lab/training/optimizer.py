@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Muon for weight matrices, AdamW for everything else, as one optimiser.
+Muon for weight matrices, AdamW for everything else, as one optimizer.
 
-Muon (Jordan et al., 2024) replaces the momentum of a matrix by the nearest orthogonal one, so
-that no direction of it learns slower than the others. ``torch.optim.Muon`` works on one matrix at
-a time in bfloat16, which a CPU emulates: a step of this small network took 2.4 times as long. Here
-matrices of one shape are orthogonalised together in single precision.
+Muon (Jordan et al., 2024) replaces the momentum of a matrix by the nearest orthogonal matrix, so
+that all of its directions learn equally fast. ``torch.optim.Muon`` updates one matrix at a time in
+bfloat16, which a CPU emulates: a step of this small network took 2.4 times as long. Here matrices
+of equal shape are orthogonalized together in single precision.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fpnet_lab.training.config import TrainingConfig
 
 SMALLEST_SIDE = 26
 """
-Matrices with a shorter side are left to AdamW: they are tables rather than linear maps. Chosen.
+AdamW updates matrices with a shorter side: they are tables rather than linear maps. Chosen.
 """
 
 # Chosen, not measured:
@@ -31,7 +31,7 @@ _ITERATIONS = 5  # numerical
 # Given: odd polynomial a x + b x^3 + c x^5 that drives singular values to about 1 (0.7 to 1.2) in
 # five steps; the coefficients are those of torch.optim.Muon.
 _A, _B, _C = 3.4445, -4.7750, 2.0315
-_ADAMW_RMS = 0.2  # usual size of an AdamW step: makes one learning rate do for both
+_ADAMW_RMS = 0.2  # usual size of an AdamW step, so that both share one learning rate
 
 
 def rate_at(step: int, steps: int, highest: float, warmup: float) -> float:
@@ -44,20 +44,20 @@ def rate_at(step: int, steps: int, highest: float, warmup: float) -> float:
 
 
 def make_optimizer(network: nn.Module, config: TrainingConfig) -> torch.optim.Optimizer:
-    """Return the optimiser that ``config.optimizer`` names, over all of ``network``."""
+    """Return the optimizer selected by ``config.optimizer`` for all of ``network``."""
     kind = Muon if config.optimizer == 'muon' else torch.optim.AdamW
     return kind(network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay)
 
 
 class Muon(torch.optim.AdamW):
-    """AdamW whose matrices step along their orthogonalised Nesterov momentum."""
+    """AdamW that updates matrices along their orthogonalized Nesterov momentum."""
 
     def __init__(self, params: Iterable[nn.Parameter], lr: float, weight_decay: float) -> None:
         super().__init__(params, lr=lr, weight_decay=weight_decay)
 
     @torch.no_grad()
     def step(self, closure: Callable[[], Any] | None = None) -> Any:
-        """Step every parameter that has a gradient; gradients of matrices are used up."""
+        """Update every parameter that has a gradient; gradients of matrices are reset."""
         loss = closure() if closure is not None else None
         for group in self.param_groups:
             matrices = [p for p in group['params'] if p.grad is not None and _is_matrix(p)]
@@ -72,7 +72,7 @@ class Muon(torch.optim.AdamW):
         for matrix in matrices:
             assert matrix.grad is not None
             state = self.state[matrix]
-            # AdamW, whose class this is, expects a step count of whatever it loads.
+            # The base class AdamW expects a step count in every loaded state.
             state.setdefault('step', torch.zeros(())).add_(1.0)
             momentum = state.setdefault('momentum', torch.zeros_like(matrix))
             momentum.lerp_(matrix.grad, 1.0 - _MOMENTUM)
@@ -104,6 +104,6 @@ def _is_matrix(parameter: Tensor) -> bool:
 
 
 def _blocks(matrix: Tensor) -> tuple[Tensor, ...]:
-    """Return views of the square maps that a tall matrix stacks, as queries, keys and values."""
+    """Return views of square maps stacked in a tall matrix: queries, keys and values."""
     rows, columns = matrix.shape
     return torch.split(matrix, columns) if rows % columns == 0 else (matrix,)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Training of the parser: both looks at drawings that are made while it learns, resumable.
+Training of the parser on drawings generated during training; resumable.
 
-The running mean of the weights gives the first look's answer, which the second look has as its
-context. Both looks are one batch, so that the batch norms count what they will see in use.
+The running mean of the weights computes the first pass's output, which is the context of the
+second pass. Both passes form one batch, so that batch normalization has the statistics of use.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ from fpnet_lab.training.parser_tones import varied
 
 STATE_FILE = 'last.safetensors'
 
-_MIDDLE, _SPREAD = 0.75, 0.25  # given: as fpnet_core.drawings.parsing.network has them
-_SETTLING = 10.0  # steps after which the running mean forgets slowly; chosen
-_SETTLED_ON = 24  # numerical: batches that normalisations of a packaged network count
-_KEPT_CONTEXT = 0.9  # of second looks know what the first one saw; chosen
-_OVERLAY_WEIGHT, _SCALE_WEIGHT = 0.25, 0.08  # of the losses beside that of the classes; chosen
+_MIDDLE, _SPREAD = 0.75, 0.25  # given: as in fpnet_core.drawings.parsing.network
+_SETTLING = 10.0  # time constant in steps of the running mean's warm-up; chosen
+_SETTLED_ON = 24  # numerical: batches for the statistics of a packaged network's normalizations
+_KEPT_CONTEXT = 0.9  # share of second passes that get a context; chosen
+_OVERLAY_WEIGHT, _SCALE_WEIGHT = 0.25, 0.08  # weights of losses, that of the classes is 1; chosen
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class ParserTraining:
     """
     Settings of a run.
 
-    ``minutes`` ends it early and makes the learning rate fall in time; 0 has no such limit.
+    ``minutes`` is a time limit to which the learning rate schedule adapts; 0: no limit.
     """
 
     steps: int = 12_000
@@ -71,19 +71,19 @@ class ParserTraining:
     learning_rate: float = 1e-3
     weight_decay: float = 1e-3
     warmup: float = 0.03
-    """Share of the steps."""
+    """Share of the steps with a rising learning rate."""
     class_weights: tuple[float, ...] = (0.8, 1.0, 2.5, 4.0, 3.0)
-    """Walls, doors and windows are few pixels that decide much."""
+    """Walls, doors and windows have few but important pixels."""
     averaged: float = 0.997
-    """Of the running mean of weights that is kept is kept by each step."""
+    """Decay of the running mean of weights per step."""
     is_half: bool = False
-    """Compute in half precision on a processor, too."""
+    """Compute in half precision on CPUs, too."""
     save_every: int = 250
     seed: int = 0
 
 
 class ParserTrainer:
-    """A run in a folder, which gets the state and the packaged network."""
+    """Training run in a folder, which gets the state and the packaged network."""
 
     def __init__(
         self, folder: Path, config: ParserTraining, data: Path | None, device: str = 'cpu'
@@ -110,7 +110,7 @@ class ParserTrainer:
         self.generator = torch.Generator(self.device).manual_seed(config.seed + self.step)
 
     def run(self, on_saved: Callable[[dict[str, Any]], None] = lambda _: None) -> None:
-        """Train to the end and write the state; ``on_saved`` is told figures on the way."""
+        """Train to the end and write the state; ``on_saved`` is called with figures on the way."""
         config = self.config
         self.begun = time.monotonic()
         torch.backends.cudnn.benchmark = True
@@ -125,7 +125,7 @@ class ParserTrainer:
         on_saved(self._saved(losses))
 
     def _done(self) -> float:
-        """Return the share of the run that is over, by steps or by time."""
+        """Return the completed share of the run, by steps or by time."""
         steps = self.step / self.config.steps
         if not self.config.minutes:
             return steps
@@ -171,7 +171,7 @@ class ParserTrainer:
         return values.to(self.device, non_blocking=True)
 
     def _seen(self, batch: Chunk) -> Tensor:
-        """Return views as the network sees them, in tones drawn at random."""
+        """Return normalized views with random tone augmentation."""
         return (varied(self._moved(batch.pixels), self.generator) - _MIDDLE) / _SPREAD
 
     def _picture(self, batch: Chunk) -> Tensor:
@@ -179,7 +179,7 @@ class ParserTrainer:
         return self._with_context(self._seen(batch), self._moved(batch.theta))
 
     def _with_context(self, seen: Tensor, theta: Tensor) -> Tensor:
-        """Return the input (2 B, CHANNELS, S, S): first looks, then second ones with context."""
+        """Return the input (2 B, CHANNELS, S, S): first views, then second ones with context."""
         first, second = seen[:, 0], seen[:, 1]
         empty = torch.zeros_like(first[:, :1]).expand(-1, CONTEXT, -1, -1)
         plain = torch.cat([first, empty], dim=1).contiguous(memory_format=torch.channels_last)
@@ -196,7 +196,7 @@ class ParserTrainer:
         return both.contiguous(memory_format=torch.channels_last)
 
     def _loss(self, logits: Tensor, scale: Tensor, answers: Tensor, true: Tensor) -> Tensor:
-        flat = answers.transpose(0, 1).flatten(0, 1)  # all first looks, then all second ones
+        flat = answers.transpose(0, 1).flatten(0, 1)  # all first views, then all second ones
         weight = torch.tensor(self.config.class_weights, device=self.device)
         count = len(CLASSES)
         classes = nn.functional.cross_entropy(
@@ -212,7 +212,7 @@ class ParserTrainer:
 
     @torch.no_grad()
     def _average(self) -> None:
-        """Move the mean towards the weights, and towards what the batch norms have counted."""
+        """Update the running mean of weights and of batch normalization statistics."""
         kept = min(self.config.averaged, self.step / (self.step + _SETTLING))
         now = self.network.state_dict()
         for name, value in self.mean.state_dict().items():
@@ -222,7 +222,7 @@ class ParserTrainer:
                 value.copy_(now[name])
 
     def _saved(self, losses: list[Tensor]) -> dict[str, Any]:
-        """Write the state and return figures; there is no loss where no step was made."""
+        """Write the state and return figures; the loss is None if no step was made."""
         self.folder.mkdir(parents=True, exist_ok=True)
         save_state(self.folder / STATE_FILE, self.both, self.optimizer, {'step': self.step})
         loss = round(float(torch.stack(losses).mean()), 4) if losses else None
@@ -231,7 +231,7 @@ class ParserTrainer:
 
     def start_from(self, path: Path | None) -> None:
         """
-        Begin with a packaged network: that at ``path``, or the one that ships.
+        Start from a packaged network: the one at ``path``, or the default.
 
         Raises
         ------
@@ -245,9 +245,9 @@ class ParserTrainer:
 
     def write(self, facts: dict[str, Any], held: int) -> Path:
         """
-        Write the mean as the packaged network, with how it was made beside it.
+        Write the running mean as the packaged network, with its manifest.
 
-        ``facts`` join the manifest, and so do figures on ``held`` sheets of each kind.
+        The manifest includes ``facts`` and figures on ``held`` sheets of each kind.
         """
         network = ParserNetwork(self.layout)
         state = {name: value.cpu() for name, value in self.mean.state_dict().items()}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How well the parser tells what pixels show, on sheets that it has not learned from."""
+"""Accuracy of the parser network on held-out sheets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fpnet_lab.training.parser_samples import Sample, sheet_sample
 from fpnet_lab.training.parser_views import shrunk
 
 HELD_SEED = 3_000_000
-"""Numerical: of the first sheet to measure on; those to learn from are above."""
+"""Numerical: seed of the first held-out sheet; training seeds are larger."""
 
 _CLASS_BITS = 0b111  # given
 
@@ -29,8 +29,8 @@ def held_figures(network: Any, count: int) -> dict[str, dict[str, float]]:
     """
     Return the intersection over union of each class, by kind of sheet and ``all``.
 
-    ``network`` is of :func:`fpnet_core.drawings.parsing.network.network_from`; ``count`` sheets of
-    each kind are looked at as a drawing is: as a whole, and as finely as their walls need.
+    ``network`` is from :func:`fpnet_core.drawings.parsing.network.network_from`; ``count`` sheets
+    of each kind are parsed as drawings are: as a whole, then at the resolution that walls need.
     """
     size = len(CLASSES)
     tables: dict[str, NDArray[np.int64]] = defaultdict(lambda: np.zeros((size, size), np.int64))
@@ -43,7 +43,7 @@ def held_figures(network: Any, count: int) -> dict[str, dict[str, float]]:
 
 
 def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
-    """Return how often a true class (rows) is taken for one (columns), in the last look."""
+    """Return the confusion matrix of the last pass: true classes in rows, output in columns."""
     longest = max(sample.classes.shape)
     wanted = sample.building_px * WALL_PX / max(sample.wall_px, 1.0)
     last = float(np.clip(wanted, *BUILDING_PX)) / sample.building_px
@@ -58,13 +58,13 @@ def _table(network: Any, sample: Sample) -> NDArray[np.int64]:
 
 
 def _known(seen: Chances, shape: tuple[int, ...]) -> Chances:
-    """Return an earlier look (CONTEXT, H, W) as a picture of ``shape`` has it."""
+    """Return an earlier pass's output as context (CONTEXT, H, W), resized to ``shape``."""
     known = [*seen, np.ones(seen.shape[1:], np.float32)]
     return np.stack([np.asarray(cv2.resize(c, shape[::-1]), np.float32) for c in known])
 
 
 def _sized(sample: Sample, factor: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return pixels and classes of a smaller picture; a picture is not enlarged."""
+    """Return pixels and classes of a smaller image; images are not enlarged."""
     height, width = sample.classes.shape
     factor = min(1.0, factor)
     size = (max(1, round(factor * width)), max(1, round(factor * height)))

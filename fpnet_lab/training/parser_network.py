@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The network that parses drawings: a U-Net (Ronneberger et al., 2015) whose view is a whole sheet.
+Network that parses drawings: a U-Net (Ronneberger et al., 2015) that sees a whole sheet.
 
-Six levels down to 1/64 of the picture let every answer depend on the whole sheet. The network
-runs twice. The first look is at the sheet; the second is at the building alone, as finely as its
-walls need, with the first look's answer as further input channels.
+Six levels down to 1/64 of the image give every output a receptive field of the whole sheet. The
+network runs twice: the first pass sees the sheet; the second sees only the building, at a
+resolution that suits its walls, with the first pass's output as additional input channels.
 
-Letters: ``B`` pictures of ``H`` by ``W`` pixels, ``C`` channels.
+Letters: ``B`` images of ``H`` by ``W`` pixels, ``C`` channels.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from fpnet_core.drawings.parsing.network import CHANNELS, SCALE_BINS
 from fpnet_core.io.pixel_classes import CLASSES
 
 OVERLAYS = ('text', 'furniture')
-"""Given: what may lie upon a class: each has a probability of its own."""
+"""Given: overlays of a class, each with its own probability."""
 
 ANSWERS = len(CLASSES) + len(OVERLAYS)
-"""Given: logits for each pixel: one of the classes, and each overlay for itself."""
+"""Given: logits per pixel: one for each class, and one for each overlay."""
 
-_LEAST_VARIANCE = 1e-6  # numerical: a channel that never changes is not made larger
-_PER_ANSWER = 4  # given: the last layer answers for each pixel of a block of two by two
+_LEAST_VARIANCE = 1e-6  # numerical: limits the scaling of constant channels
+_PER_ANSWER = 4  # given: the last layer has outputs for each pixel of a block of two by two
 
 
 @dataclass(frozen=True)
 class ParserNetworkConfig:
-    """Channels at 1/2 to 1/64 of the picture, and residual blocks at the last five levels."""
+    """Channels at 1/2 to 1/64 of the image, and residual blocks at the last five levels."""
 
     widths: tuple[int, ...] = (16, 32, 48, 64, 96, 128)
     down_blocks: tuple[int, ...] = (1, 2, 2, 3, 2)
@@ -48,7 +48,7 @@ class ParserNetworkConfig:
 
 
 class _ConvNorm(nn.Module):
-    """A convolution, normalised over the batch, and rectified where ``is_active``."""
+    """Convolution with batch normalization, and ReLU if ``is_active``."""
 
     def __init__(
         self, inputs: int, outputs: int, side: int = 3, stride: int = 1, *, is_active: bool = True
@@ -64,19 +64,19 @@ class _ConvNorm(nn.Module):
 
     @property
     def batch_norm(self) -> nn.BatchNorm2d:
-        """The normalisation, before it is folded."""
+        """Batch normalization; only before it is folded."""
         assert isinstance(self.norm, nn.BatchNorm2d)
         return self.norm
 
     def fold(self) -> None:
-        """Fold the normalisation into the convolution, in place; for inference only."""
+        """Fold the normalization into the convolution, in place; for inference only."""
         if isinstance(self.norm, nn.BatchNorm2d):
             self.conv = fuse_conv_bn_eval(self.conv, self.norm)
             self.norm = nn.Identity()
 
 
 class _ResidualBlock(nn.Module):
-    """Two convolutions around which the input is added (He et al., 2016)."""
+    """Two convolutions with a skip connection (He et al., 2016)."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ def _blocks(width: int, count: int) -> list[nn.Module]:
 
 
 class ParserNetwork(nn.Module):
-    """Classes of pixels and the scale of a picture, from the picture and an earlier answer."""
+    """Pixel classes and scale of an image, from the image and an earlier output."""
 
     def __init__(self, config: ParserNetworkConfig) -> None:
         super().__init__()
@@ -115,8 +115,8 @@ class ParserNetwork(nn.Module):
         """
         Return logits (B, ANSWERS, H, W), and (B, SCALE_BINS + 1, H / 64, W / 64) of the scale.
 
-        ``picture (B, CHANNELS, H, W)`` is as :func:`fpnet_core.drawings.parsing.network.channels`
-        makes it; H and W are multiples of 64.
+        ``picture (B, CHANNELS, H, W)`` is the output of
+        :func:`fpnet_core.drawings.parsing.network.channels`; H and W are multiples of 64.
         """
         finest = x = self.stem(picture)
         seen = []
@@ -136,16 +136,16 @@ def _doubled(x: Tensor) -> Tensor:
 
 
 def pooled_scale(scale: Tensor) -> Tensor:
-    """Return logits (B, SCALE_BINS) of a picture from those of its places, by their weights."""
+    """Return logits (B, SCALE_BINS) of an image, the weighted mean over its positions."""
     votes, weight = scale[:, :-1].flatten(2), scale[:, -1:].flatten(2).softmax(dim=2)
     return torch.as_tensor((votes * weight).sum(dim=2))
 
 
 def onnx_bytes(network: ParserNetwork) -> bytes:
     """
-    Return a network as ONNX, weights rounded to half precision so that they compress.
+    Return a network as ONNX, with weights rounded to half precision for compression.
 
-    It is stored in single precision, which every version of OpenCV reads.
+    The file stores single precision, which every version of OpenCV supports.
     """
     network = network.eval()
     for module in network.modules():
@@ -178,9 +178,9 @@ def unweighted(
     state: Mapping[str, Tensor], class_weights: tuple[float, ...], times: float = 1.0
 ) -> dict[str, Tensor]:
     """
-    Return a state whose probabilities are those of pixels that weigh the same.
+    Return a state with the probabilities of equally weighted pixels.
 
-    ``times`` -1 undoes that.
+    ``times`` -1 is the inverse.
     """
     weights = np.ones(ANSWERS)
     weights[: len(CLASSES)] = class_weights
@@ -191,10 +191,10 @@ def unweighted(
 
 def restored(onnx_data: bytes, network: ParserNetwork, class_weights: tuple[float, ...]) -> None:
     """
-    Give ``network`` the weights of what :func:`onnx_bytes` wrote, in place; inverse of that.
+    Load the weights of a file by :func:`onnx_bytes` into ``network``, in place.
 
-    Normalisations have been folded into convolutions: each is the identity, until
-    :func:`settle` knows what it normalises. ``class_weights`` are those of training.
+    The file's normalizations are folded into the convolutions: here each is the identity until
+    :func:`settle` estimates its statistics. ``class_weights`` are those of training.
     """
     tensors = {
         each.name: torch.from_numpy(numpy_helper.to_array(each).copy())
@@ -215,7 +215,7 @@ def restored(onnx_data: bytes, network: ParserNetwork, class_weights: tuple[floa
 
 @torch.no_grad()
 def settle(network: ParserNetwork, pictures: Iterable[Tensor]) -> None:
-    """Let normalisations of a restored network count ``pictures``; its answers stay."""
+    """Estimate the statistics of a restored network's normalizations; outputs do not change."""
     layers = _normalised(network)
     counted: dict[str, list[Tensor]] = {name: [] for name in layers}
 
@@ -227,7 +227,7 @@ def settle(network: ParserNetwork, pictures: Iterable[Tensor]) -> None:
 
         return count
 
-    for picture in pictures:  # what makes the next one may ask the network, too
+    for picture in pictures:  # the generator of pictures may call the network, too
         hooks = [layer.conv.register_forward_hook(watch(name)) for name, layer in layers.items()]
         network.eval()(picture)
         for hook in hooks:

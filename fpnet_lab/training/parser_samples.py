@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings with the truth of every pixel, from which the parser learns; made when needed."""
+"""Training drawings of the parser with per-pixel truth, generated on demand."""
 
 from __future__ import annotations
 
@@ -28,33 +28,33 @@ from fpnet_lab.sim.sheets.negatives import draw_negative
 Pixels = NDArray[np.uint8]
 
 FIRST_SEED = 4_000_000
-"""Numerical: of sheets to learn from; those of benchmarks are below, see bench drawings."""
+"""Numerical: first seed of training sheets; those of benchmarks are smaller."""
 
 MOST_BUILDING_PX = 1800
-"""The longer side of a building in samples: as large as the parser looks at one. Chosen."""
+"""Longest side of a building in samples, as in the parser's last pass. Chosen."""
 
 # Chosen, not measured:
 _SHARES = {
     SheetKind.VARIED: 0.46, SheetKind.OFFICE: 0.12, SheetKind.SCAN: 0.10,
     SheetKind.BROCHURE: 0.09, SheetKind.PHONE: 0.06, SheetKind.CLEAN: 0.08,
 }  # fmt: skip
-_SPECIAL_SHARE = 0.4  # of sheets of other kinds show buildings as varied ones do, halls mostly
-_GROUND_SHARE = 0.08  # of sheets show nothing but paper of one tone around their buildings,
-_WALLS_SHARE = 0.6  # of these the tone of the walls, as a plan of white rooms on solid black
-_REAL_SHARE = 0.03  # of samples are real floorplans; what is left shows no floorplan
-_SPECIAL_SEED, _GROUND_SEED = 7, 8  # numerical: such choices change nothing else of a sheet
+_SPECIAL_SHARE = 0.4  # share of sheets of other kinds with special buildings, mostly halls
+_GROUND_SHARE = 0.08  # share of sheets with a uniform background around their buildings,
+_WALLS_SHARE = 0.6  # share of these with the colour of the walls, e.g. white rooms on solid black
+_REAL_SHARE = 0.03  # share of real floorplans; the remaining samples show no floorplan
+_SPECIAL_SEED, _GROUND_SEED = 7, 8  # numerical: independent of all else on a sheet
 _REAL_PIXEL_M = 0.05  # given
 _WIDEST_WALL_PX = 13  # of the real plans, whose pixels are 0.05 m
-_FACE_PX = 7  # twice as deep as a wall is seen where there is no other side to it
+_FACE_PX = 7  # twice the depth of a wall that has no visible other side
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
     """
-    A drawing and its truth.
+    Drawing with its truth.
 
     ``pixels (H, W, 3)``, their ``classes (H, W)``, ``overlays (H, W)`` with a bit each for text
-    and furniture, and the edge of a pixel [m], NaN where it shows no building.
+    and furniture, and the pixel size [m], NaN without a building.
     """
 
     pixels: Pixels
@@ -64,13 +64,13 @@ class Sample:
 
     @cached_property
     def building_px(self) -> int:
-        """The longer side of the building or buildings."""
+        """Longer side of the building or buildings."""
         rows, cols = (np.flatnonzero((self.classes != OUTSIDE).any(axis=k)) for k in (1, 0))
         return int(max(np.ptp(rows), np.ptp(cols)) + 1) if rows.size else max(self.classes.shape)
 
     @cached_property
     def wall_px(self) -> float:
-        """The mean thickness of walls."""
+        """Mean thickness of walls."""
         return wall_cells(self.classes == WALL)
 
 
@@ -78,10 +78,10 @@ def samples(
     rng: np.random.Generator, first_seed: int, step: int, real: list[Sample]
 ) -> Iterator[Sample]:
     """
-    Yield samples without end.
+    Yield an infinite stream of samples.
 
-    Seeds of sheets are ``first_seed``, ``first_seed + step`` and so on, so that processes with
-    other first seeds draw other sheets.
+    The seeds of sheets are ``first_seed``, ``first_seed + step`` and so on, so that processes with
+    different first seeds draw different sheets.
     """
     seed = first_seed
     kinds, chance = list(_SHARES), np.array(list(_SHARES.values()))
@@ -98,7 +98,7 @@ def samples(
 
 
 def sheet_sample(seed: int, kind: SheetKind) -> Sample:
-    """Draw a sheet of a kind, its building at most :data:`MOST_BUILDING_PX` long."""
+    """Generate a sheet whose building is at most :data:`MOST_BUILDING_PX` long."""
     rng = np.random.default_rng([seed, _SPECIAL_SEED])
     is_special = kind is not SheetKind.VARIED and rng.random() < _SPECIAL_SHARE
     sheet = draw_sheet(seed, kind, generate_special_plan(rng) if is_special else None)
@@ -114,30 +114,30 @@ def sheet_sample(seed: int, kind: SheetKind) -> Sample:
     classes, overlays = sheet_classes(sheet, H, shape), sheet_overlays(sheet, H, shape)
     rng = np.random.default_rng([seed, _GROUND_SEED])
     if rng.random() < _GROUND_SHARE:
-        pixels = _on_one_tone(pixels, classes, rng)
+        pixels = _on_uniform_background(pixels, classes, rng)
     return Sample(pixels, classes, overlays, sheet.resolution_m() / factor)
 
 
-def _on_one_tone(pixels: Pixels, classes: Classes, rng: np.random.Generator) -> Pixels:
-    """Return a drawing around whose buildings all is of one tone, that of walls mostly."""
+def _on_uniform_background(pixels: Pixels, classes: Classes, rng: np.random.Generator) -> Pixels:
+    """Return a drawing with a uniform background, mostly in the colour of its walls."""
     is_wall = classes == WALL
     tone = rng.integers(0, 256, 3)
     if is_wall.any() and rng.random() < _WALLS_SHARE:
         tone = np.median(pixels[is_wall], axis=0)
     shown = pixels.copy()
-    faces = is_wall & grown_by(classes == OUTSIDE, square(3))  # which the paper shines into
+    faces = is_wall & grown_by(classes == OUTSIDE, square(3))  # antialiased with the background
     shown[(classes == OUTSIDE) | faces] = tone
     return shown
 
 
 def blank_sample(pixels: Pixels) -> Sample:
-    """Return a picture that shows no building."""
+    """Return the sample of an image without a building."""
     none = np.zeros(pixels.shape[:2], np.uint8)
     return Sample(pixels, none, none, float('nan'))
 
 
 def _on_white(pixels: Pixels) -> Pixels:
-    """Return colours (H, W, 3), of transparent pixels those of white paper."""
+    """Return colours (H, W, 3); transparent pixels are blended with white."""
     if pixels.shape[2] == 3:
         return pixels
     opacity = pixels[..., 3:].astype(np.float32) / 255.0
@@ -148,8 +148,8 @@ def real_samples(data: Path) -> list[Sample]:
     """
     Return the real floorplans of the development split in ``data``, bare and furnished.
 
-    What people have labelled as a room is floor, and so is what is bright between: doorways.
-    What is not, and is narrow or beside it, is wall.
+    Labelled rooms are floor, and so are bright areas between them (doorways). Other areas that are
+    narrow or next to floor are walls.
     """
     folder = data / 'bormann'
     found = []
@@ -167,7 +167,7 @@ def real_samples(data: Path) -> list[Sample]:
 
 
 def _real_classes(bare: Pixels, labels: NDArray[np.int32]) -> Classes:
-    """Return the classes of a clean plan whose outside is not bright or is cut off by walls."""
+    """Return the classes of a clean plan whose outside is dark or separated by walls."""
     bright = bare.min(axis=2) >= FREE_GREY
     pieces, stats = pieces_of(bright, connectivity=4)
     roomy = np.zeros(len(stats), np.bool_)

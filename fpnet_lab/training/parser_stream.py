@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A stream of views to train the parser on, drawn by several processes while it learns."""
+"""Stream of training views for the parser, generated in parallel during training."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M
 from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, real_samples, samples
 from fpnet_lab.training.parser_views import Array, SampleView, two_views
 
-_POOL = 24  # numerical: drawings that a process cuts views from
-_PER_SAMPLE = 6  # numerical: views that are cut for each new drawing
-_BIN_SPREAD = 0.7  # of bins, by which a true scale is blurred; chosen
+_POOL = 24  # numerical: drawings per process from which views are taken
+_PER_SAMPLE = 6  # numerical: views per new drawing
+_BIN_SPREAD = 0.7  # standard deviation in bins of the blurred true scale; chosen
 
 
 @dataclass(frozen=True)
 class Chunk:
     """
-    A few pairs of views: ``N`` pairs of first and second looks of ``S`` by ``S`` pixels.
+    ``N`` pairs of first and second views of ``S`` by ``S`` pixels.
 
-    ``pixels (N, 2, 3, S, S)`` uint8, ``answers (N, 2, S, S)`` uint8, ``theta (N, 2, 3)`` from a
-    second look's place to the first look's as ``affine_grid`` has it, ``scale (N, 2, SCALE_BINS)``
-    the true scale's probabilities, zero where there is none.
+    ``pixels (N, 2, 3, S, S)`` uint8, ``answers (N, 2, S, S)`` uint8, ``theta (N, 2, 3)`` from the
+    second view to the first in the convention of ``affine_grid``, ``scale (N, 2, SCALE_BINS)`` the
+    true scale's probabilities, zero if unknown.
     """
 
     pixels: Tensor
@@ -41,7 +41,7 @@ class Chunk:
 
 
 class ViewStream(IterableDataset[Chunk]):
-    """Chunks without end; equal seeds, workers and starts give equal chunks."""
+    """Infinite stream of chunks; equal seeds, workers and starts give equal chunks."""
 
     def __init__(self, side_px: int, chunk: int, seed: int, start: int, data: Path | None) -> None:
         self.side_px, self.chunk, self.data = side_px, chunk, data
@@ -76,7 +76,7 @@ def _chunk(pairs: list[tuple[SampleView, SampleView, Array]], side_px: int) -> C
 
 
 def _theta(A: Array, side_px: int) -> Array:
-    """Return a map of pixels (2, 3) as one of coordinates from -1 to 1 between outer edges."""
+    """Return a pixel map (2, 3) in coordinates from -1 to 1 between outer edges."""
     N = np.array(
         [
             [2.0 / side_px, 0.0, 1.0 / side_px - 1.0],
@@ -88,7 +88,7 @@ def _theta(A: Array, side_px: int) -> Array:
 
 
 def scale_target(pixel_m: float) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-    """Return the probabilities (SCALE_BINS,) of a true scale, blurred; zeros where it is NaN."""
+    """Return the blurred probabilities (SCALE_BINS,) of a true scale; zeros for NaN."""
     if not np.isfinite(pixel_m):
         return np.zeros(SCALE_BINS, np.float32)
     low, high = np.log(SCALE_M)

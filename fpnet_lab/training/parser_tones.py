@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Tones of pictures varied beyond what the simulator draws, for whole batches at once.
+Grey value and colour augmentation of whole batches, stronger than in the simulator.
 
-All shares and ranges are numerical: they span what people's drawings are like.
+All shares and ranges are numerical: they cover the variety of real drawings.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-# Chosen, not measured; shares of pictures that are changed so, and how far:
+# Chosen, not measured; shares of images for each augmentation, and its ranges:
 _GREY, _MIXED, _CURVED, _FADED, _TINTED, _SHADED = 0.15, 0.2, 0.25, 0.3, 0.2, 0.2
 _BLURRED, _NOISY, _COPIED, _INVERTED = 0.25, 0.3, 0.02, 0.05
 _BLUR_PX = (0.4, 1.3)
@@ -21,9 +21,9 @@ _SHADE_CELLS = 4
 
 def varied(pixels: Tensor, generator: torch.Generator) -> Tensor:
     """
-    Return pictures (B, 2, 3, H, W) in [0, 1] of other tones; both looks at a drawing change alike.
+    Return augmented images (B, 2, 3, H, W) in [0, 1]; both views of a drawing change alike.
 
-    Noise and blur differ between the looks, as they are of different sizes.
+    Noise and blur differ between the views, because their scales differ.
     """
     x = _toned(pixels.float() / 255.0, generator)
     flat = _blurred(x.flatten(0, 1), generator)
@@ -64,7 +64,7 @@ def _toned(x: Tensor, g: torch.Generator) -> Tensor:
 
 
 def _blurred(x: Tensor, g: torch.Generator) -> Tensor:
-    """Return pictures (B, 3, H, W) of which some are blurred, each by its own width."""
+    """Return images (B, 3, H, W); a share of them is blurred, each by its own width."""
     sigma = _uniform(g, x, (len(x), 1), *_BLUR_PX)
     at = torch.arange(-3, 4, device=x.device, dtype=x.dtype)
     row = (-0.5 * (at / sigma) ** 2).exp()
@@ -85,6 +85,6 @@ def _uniform(
 
 
 def _chosen(g: torch.Generator, like: Tensor, share: float, count: int) -> Tensor:
-    """Return 1 for a share of pictures, else 0: (B, 1, 1, 1)."""
+    """Return 1 for a random share of images, else 0: (B, 1, 1, 1)."""
     picks = torch.rand((count, 1, 1, 1), generator=g, device=like.device)
     return (picks < share).to(like.dtype)

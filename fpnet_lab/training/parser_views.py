@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Two views of a drawing, as the parser has them: the whole sheet, and the building more finely.
+Two views of a drawing, one per pass of the parser: the whole sheet, and the building in detail.
 
-All shares and ranges are numerical: they span what people's drawings are like.
+All shares and ranges are numerical: they cover the variety of real drawings.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from fpnet_lab.training.parser_samples import Pixels, Sample
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_SHEET_PX = (340.0, 900.0)  # the longer side of a sheet as the first look may see it
-_WHOLE, _WHOLE_SHARE = 0.5, (0.8, 1.0)  # of first looks see all of it, which takes so much of them
-_BUILDING_PX = (350.0, 1400.0)  # the longer side of a building as the second look may see it
-_WALL_PX = (2.5, 8.0)  # the mean thickness of walls, where the second look is sized by them
-_BY_WALLS = 0.6  # of second looks are sized by walls, the others by the building
+_SHEET_PX = (340.0, 900.0)  # longer side of a sheet in the first view
+_WHOLE, _WHOLE_SHARE = 0.5, (0.8, 1.0)  # share of views of a whole sheet; its relative size
+_BUILDING_PX = (350.0, 1400.0)  # longer side of a building in the second view
+_WALL_PX = (2.5, 8.0)  # mean thickness of walls, if the second view is sized by them
+_BY_WALLS = 0.6  # share of second views that are sized by walls, the others by the building
 _MOST_ENLARGED = 1.5
-_FLIPPED = 0.5  # of samples are mirrored
-_IN_BUILDING = 0.85  # of second looks have their middle in the building
+_FLIPPED = 0.5  # share of mirrored samples
+_IN_BUILDING = 0.85  # share of second views that are centred in the building
 _TURNED, _TURN_RAD, _ANY_TURN = 0.3, 0.07, 0.08
-_PRESSED, _QUALITY = 0.2, (25, 90)  # of views were kept as JPEG, and how well
-_SOLID_LEVEL = 56  # of 255: what is wall to such a share is wall in a smaller picture
+_PRESSED, _QUALITY = 0.2, (25, 90)  # share of views with JPEG artefacts, and JPEG quality
+_SOLID_LEVEL = 56  # of 255: least wall share of a pixel that stays wall in a smaller image
 
 
 @dataclass(frozen=True, eq=False)
 class SampleView:
-    """``pixels (S, S, 3)``, ``answers (S, S)`` and the true edge of a pixel [m], or NaN."""
+    """``pixels (S, S, 3)``, ``answers (S, S)`` and the true pixel size [m], or NaN."""
 
     pixels: Pixels
     answers: NDArray[np.uint8]
@@ -48,10 +48,10 @@ def two_views(
     sample: Sample, side_px: int, rng: np.random.Generator
 ) -> tuple[SampleView, SampleView, Array]:
     """
-    Return the first and the second look at a sample.
+    Return the first and the second view of a sample.
 
-    The third is the affine map (2, 3) from the second view's pixels to the first one's. Answers
-    hold the class in the lower three bits, and overlays in the next two.
+    The third value is the affine map (2, 3) from the second view's pixels to the first one's.
+    Answers hold the class in the lower three bits and overlays in the next two.
     """
     quarters, is_flipped = int(rng.integers(4)), rng.random() < _FLIPPED
     turn = float(rng.uniform(-_TURN_RAD, _TURN_RAD)) if rng.random() < _TURNED else 0.0
@@ -83,18 +83,18 @@ def _placed(
     rng: np.random.Generator,
     size: Array | None,
 ) -> Array:
-    """Return the map (2, 3) from a sample's pixels to a view with ``middle`` near its middle."""
+    """Return the map (2, 3) from a sample's pixels to a view with ``middle`` near its centre."""
     c, s = np.cos(turn), np.sin(turn)
     linear = factor * np.array([[c, -s], [s, c]]) @ np.diag([-1.0 if is_flipped else 1.0, 1.0])
     at = np.full(2, (side_px - 1) / 2.0)
-    if size is not None:  # the sheet lies anywhere in the view, or the view anywhere on it
+    if size is not None:  # random position of the sheet in the view, or of the view on the sheet
         spare = np.abs(side_px - np.abs([[c, -s], [s, c]]) @ size) / 2.0
         at = at + rng.uniform(-1.0, 1.0, 2) * spare
     return np.asarray(np.column_stack([linear, at - linear @ middle]))
 
 
 def _second_factor(sample: Sample, rng: np.random.Generator) -> float:
-    """Draw how much larger the second view shows a drawing."""
+    """Return a random scale of the second view."""
     low, high = np.array(_BUILDING_PX) / sample.building_px
     building = float(np.exp(rng.uniform(np.log(low), np.log(high))))
     thickness = float(np.exp(rng.uniform(*np.log(_WALL_PX))))
@@ -104,7 +104,7 @@ def _second_factor(sample: Sample, rng: np.random.Generator) -> float:
 
 
 def _middle(sample: Sample, rng: np.random.Generator) -> Array:
-    """Return a place (x, y), mostly in the building."""
+    """Return a random position (x, y), mostly in the building."""
     height, width = sample.classes.shape
     if rng.random() < _IN_BUILDING and (window := window_of(sample.classes != OUTSIDE)):
         y, x = (rng.integers(part.start, part.stop) for part in window)
@@ -120,7 +120,7 @@ def _between(A_first: Array, A_second: Array) -> Array:
 def _view(
     sample: Sample, A: Array, factor: float, side_px: int, rng: np.random.Generator
 ) -> SampleView:
-    """Return what a view shows: averaged to about its size first, then moved and turned."""
+    """Return a view: first resampled to about its size, then moved and rotated."""
     shrink = min(1.0, factor)
     height, width = sample.classes.shape
     size = (max(1, round(shrink * width)), max(1, round(shrink * height)))
@@ -128,7 +128,7 @@ def _view(
     per_pixel = np.array([size[0] / width, size[1] / height])
     back = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
     there = np.linalg.inv(back)
-    S = there @ np.diag([*per_pixel, 1.0]) @ back  # from a sample's pixels to the smaller one's
+    S = there @ np.diag([*per_pixel, 1.0]) @ back  # from a sample's pixels to the smaller image's
     A = A @ np.linalg.inv(S)
     square = (side_px, side_px)
     shown = cv2.warpAffine(pixels, A, square, borderMode=cv2.BORDER_REPLICATE)
@@ -148,7 +148,7 @@ def shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:
     if size[0] >= sample.classes.shape[1]:
         return sample.pixels, answers
     pixels = cv2.resize(sample.pixels, size, interpolation=cv2.INTER_AREA)
-    kept = np.where(sample.classes == WALL, FLOOR, answers)  # a wall is one by its share alone
+    kept = np.where(sample.classes == WALL, FLOOR, answers)  # walls are set by their share below
     found = np.asarray(cv2.resize(kept, size, interpolation=cv2.INTER_NEAREST), np.uint8)
     for value in (WINDOW, WALL):
         mask = (sample.classes == value).astype(np.uint8) * 255

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fitting the scale model: the true length of each map's reference length is to be probable.
+Fit of the scale model: maximum likelihood of the true length of each map's reference length.
 
-Architects weigh the same however many their buildings and maps are, and real ones more than
-generated buildings, whose doors and rooms have the generator's statistics. What intervals hold is
-measured with each real architect left out in turn, and the generated buildings in folds.
+Architects have equal weight whatever their number of buildings and maps; real ones weigh more than
+generated buildings, whose doors and rooms have the generator's statistics. Interval coverage is
+measured by leaving out each real architect in turn, and generated buildings in folds.
 """
 
 from __future__ import annotations
@@ -46,35 +46,35 @@ SIDES: tuple[Side, Side] = ('plan', 'map')
 _NO_ROOMS = np.array(
     [name.startswith(('door_', 'wall_')) for name in LENGTHS] + [False] * len(COUNTS)
 )
-_LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
+_LEAST_SPREAD = 0.01  # numerical: of an almost constant feature
 
 
 @dataclass(frozen=True)
 class ScaleTraining(MemberTraining):
-    """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
+    """Settings of a fit; the defaults were chosen by cross-validation on the development split."""
 
     width: int = 24
     batch_size: int = 128
     learning_rate: float = 8e-3
     weight_decay: float = 3e-2
     noise: float = 0.25
-    """Standard deviation of what is added to standardised figures."""
+    """Standard deviation of the noise on standardised features."""
     other_rooms: float = 0.12
-    """Logarithm by which rooms get larger or smaller beside doors and walls: a dozen architects
-    show too little of how much rooms differ between buildings."""
+    """Standard deviation of the log scale of rooms relative to doors and walls: a dozen architects
+    show too little of the variation of rooms between buildings."""
     copies: int = 2
-    """Of each sample, all but the first with other rooms."""
+    """Of each sample; all except the first have scaled rooms."""
     real_weight: float = 32.0
-    """A real architect over a generated building."""
+    """Weight of a real architect relative to a generated building."""
     tail_share: tuple[float, float] = (0.25, 0.25)
-    """Of the densities of drawings and of robots' maps: smeared out for what is unlike any."""
+    """Weight of a wide component in the density, for drawings and for robot maps: for outliers."""
     tail_sigma: tuple[float, float] = (0.25, 0.3)
     folds: int = 4
-    """Of generated buildings that are left out together."""
+    """Number of groups of generated buildings to leave out together."""
 
 
 class ScaleNetwork(nn.Module):
-    """One network of one side; the same function as :class:`ScaleModel`."""
+    """One member for one kind of map; the same function as :class:`ScaleModel`."""
 
     def __init__(self, width: int, dropout: float) -> None:
         super().__init__()
@@ -85,7 +85,7 @@ class ScaleNetwork(nn.Module):
         self.drop = nn.Dropout(dropout)
 
     def forward(self, x: torch.Tensor, target: torch.Tensor) -> torch.Tensor:
-        """Return the log density ``(B,)`` of standardised targets, given figures ``x (B, D)``."""
+        """Return the log density ``(B,)`` of standardised targets, given features ``x (B, D)``."""
         hidden = self.drop(nn.functional.silu(self.first(x)))
         hidden = self.drop(nn.functional.silu(self.second(hidden)))
         weight, mean, log_sigma = self.mixture(hidden).unflatten(1, (3, COMPONENTS)).unbind(1)
@@ -103,7 +103,7 @@ def sample_weights(samples: ScaleSamples, real_weight: float) -> Array:
 
 
 def fit_scale(samples: ScaleSamples, config: ScaleTraining) -> ScaleModel:
-    """Fit both sides; the same samples and settings give the same model."""
+    """Fit drawings and maps; the same samples and settings give the same model."""
     tensors: dict[str, NDArray[np.float32]] = {}
     for side in SIDES:
         tensors |= fit_scale_side(samples.where(samples.side == side), side, config).tensors
@@ -111,7 +111,7 @@ def fit_scale(samples: ScaleSamples, config: ScaleTraining) -> ScaleModel:
 
 
 def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> ScaleModel:
-    """Fit one side alone."""
+    """Fit the model for either drawings or maps."""
     number = SIDES.index(side)
     tail = config.tail_share[number], config.tail_sigma[number]
     samples = _with_other_rooms(samples, config)
@@ -131,19 +131,19 @@ def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> 
 
 
 def _with_other_rooms(samples: ScaleSamples, config: ScaleTraining) -> ScaleSamples:
-    """Return copies of the samples whose rooms are larger or smaller beside their doors."""
+    """Return copies of the samples with rooms scaled relative to their doors."""
     rng = np.random.default_rng(config.seed)
     copies = samples.where(np.tile(np.arange(len(samples)), config.copies))
     shift = rng.normal(0.0, config.other_rooms, len(copies))
     shift[: len(samples)] = 0.0
     values = copies.values.copy()
-    # All lengths are over the reference, which is one of the rooms'.
+    # All lengths are relative to the reference, which is one of the room lengths.
     values[:, _NO_ROOMS] -= shift[:, None]
     return replace(copies, values=values, reference=copies.reference + shift)
 
 
 def _moments(values: Array, weight: Array) -> tuple[Array, Array]:
-    """Return mean and spread of columns that may hold NaN."""
+    """Return mean and standard deviation of columns that may hold NaN."""
     held = np.where(np.isnan(values), 0.0, weight[:, None])
     total = np.maximum(held.sum(axis=0), _LEAST_SPREAD)
     filled = np.nan_to_num(values)
@@ -171,10 +171,10 @@ def held_back_estimates(
     samples: ScaleSamples, config: ScaleTraining, on_fold: Callable[[float], None] = lambda _: None
 ) -> Array:
     """
-    Return ``(N, 3)``: logarithms of low, median and high over the truth.
+    Return ``(N, 3)``: log ratios of low, median and high to the true scale.
 
-    Each building's samples are judged by a single network that has seen no drawing by its
-    architect.
+    Each building's samples are evaluated with a single network that was trained without drawings
+    by its architect.
     """
     errors = np.full((len(samples), 3), np.nan)
     single = replace(config, members=1)
@@ -191,7 +191,7 @@ def held_back_estimates(
 
 
 def folds(samples: ScaleSamples, generated: int) -> list[list[str]]:
-    """Return the buildings left out together: real ones by architect, others in folds."""
+    """Return buildings to leave out together: real ones by architect, others in folds."""
     real = sorted(set(samples.building[samples.real].tolist()))
     rest = sorted(set(samples.building.tolist()) - set(real))
     alone = [list(group) for _, group in groupby(sorted(real, key=architect_of), architect_of)]
@@ -199,7 +199,7 @@ def folds(samples: ScaleSamples, generated: int) -> list[list[str]]:
 
 
 def held_back_figures(samples: ScaleSamples, errors: Array) -> dict[str, dict[str, float]]:
-    """Return figures of the samples' last rounds by what they show; buildings weigh the same."""
+    """Return figures of the samples' last rounds by kind of map, with equal building weights."""
     floors = np.isin(samples.building, TUNE_FLOORS)
     plan = samples.side == 'plan'
     named = {

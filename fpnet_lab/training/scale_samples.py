@@ -1,15 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the scale model learns from: maps of known scale, segmented as if they had another one.
+Training data of the scale model: maps of known scale, segmented at other assumed scales.
 
-Drawings are those of real buildings of the tune half, redrawn with other cells, walls and turns,
-of generated ones in many styles, homes, small offices and houses of large rooms among them, and
-sheets that were read from files as users' are, with what their readers got wrong. Robots' maps
-are real ones, drawings made into such, and parts of both. Storeys of simulated worlds that were
-raised from drawings (``priormaps``) are left out: nobody has measured them. Each is segmented at
-the first guess of its scale, and at scales far and near to the true one, as the estimate's rounds
-will do.
+Drawings are those of real buildings of the development split, redrawn with other cells, walls and
+rotations, generated ones in many styles (homes, small offices and houses of large rooms among
+them), and sheets parsed from files as users' are, including parser errors. Robot maps are real
+ones, drawings converted to robot maps, and parts of both. Storeys of simulated worlds that were
+made from drawings (``priormaps``) are left out: nobody has measured them. Each map is segmented at
+the first guess of its scale, and at scales far from and near to the true one, as in the rounds of
+the estimate.
 """
 
 from __future__ import annotations
@@ -52,22 +52,22 @@ from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
 Array = NDArray[np.float64]
 
-# Chosen to span what drawings and robots' maps are like:
-_FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
-_TURNED = 0.3  # share of real drawings at any angle
+# Chosen to cover the variety of drawings and robot maps:
+_FINER = 0.6  # smallest cell size of a redrawn raster, as a share of its own
+_TURNED = 0.3  # share of real drawings with a random rotation
 _LITTERED = 0.5  # share of drawings of homes, small offices and houses
-_SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
-_OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
-_MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
+_SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robot maps
+_OFF = (0.25, 0.1)  # standard deviations of the further log scales for segmentation
+_MOST_OFF = 1.0  # larger log scales do not occur in the rounds of the estimate
 
 FIRST_SHEET = 5000
-"""Given: seed of the first sheet, of the tune half, beyond those of benchmark and doubts."""
+"""Given: seed of the first sheet, in the development split, not used elsewhere."""
 
 SHEET, HOME, PRACTICE, HOUSE = 'sheet', 'home', 'practice', 'house'
-"""Given: what the names begin with of sheets, and of generated homes, small offices and houses of
+"""Given: prefixes of the names of sheets, and of generated homes, small offices and houses with
 large rooms."""
 
-_LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
+_LEAST_F1 = 0.5  # chosen: users discard parses with fewer right rooms
 
 _DECLUTTER = {
     'g4s': ('g4s_y2', 'g4s_sim_cropped'),
@@ -87,15 +87,15 @@ _DECLUTTER = {
         'CASA_MATTEO', 'DelCegno', 'EX1', 'EX2', 'EX3', 'EX4', 'Vottero',
     )
 }  # fmt: skip
-"""Robots' maps by building, versions of one building together; where no file states 0.05 m, it is
-what all maps of their project have."""
+"""Robot maps by building, versions of one building together; if no file states 0.05 m, it is the
+resolution of all maps of their project."""
 
 _CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)
 class ScaleAmounts(Counts):
-    """Variants of every real building, and generated buildings, one on a sheet."""
+    """Variants of every real building, and numbers of generated buildings."""
 
     drawings: int = 14
     robot_maps: int = 8
@@ -116,7 +116,7 @@ class ScaleSamples(Columns):
 
     ``values (N, D)`` as in :class:`ScaleFigures`, ``reference (N,)``, ``truth (N,)`` logarithms of
     true over assumed metres, ``side``, ``building (N,)`` str, ``real (N,)`` bool; ``final (N,)``
-    marks those that were segmented near their true scale, as the last round of an estimate is.
+    marks maps segmented near their true scale, as in the last round of an estimate.
     """
 
     values: Array
@@ -139,7 +139,7 @@ class _File:
 
 _OfFiles = Callable[[Sequence[_File], int, np.random.Generator], GridMap | Submap]
 ScaleTask = MapTask[GridMap | Submap | None]
-"""A map to segment in true metres, None where there is none; its kind is its side."""
+"""A map to segment in true metres, or None; its kind is ``plan`` or ``map``."""
 
 
 def gather_samples(
@@ -150,12 +150,12 @@ def gather_samples(
     on_map: Callable[[float], None] = lambda _: None,
 ) -> ScaleSamples:
     """
-    Segment maps of known scale; what ``folder`` holds is taken over.
+    Segment maps of known scale; results in ``folder`` are reused.
 
     Raises
     ------
     FpnetError
-        If the shared data is missing or incomplete, or kept samples are unusable.
+        If the shared data is missing or incomplete, or cached samples are unusable.
     """
     named = {task.name: task for task in tasks}
     make = partial(_samples, config=config)
@@ -167,7 +167,7 @@ def gather_samples(
 def scale_tasks(
     data: Path, seed: int, amounts: ScaleAmounts, config: SegmentationConfig
 ) -> Iterator[ScaleTask]:
-    """Yield the maps to segment, always the same ones."""
+    """Yield the tasks of all maps; deterministic."""
     drawings, maps = _drawings(data), _robot_maps(data)
     counted: tuple[tuple[_OfFiles, dict[str, list[_File]], int], ...] = (
         (_drawing, drawings, amounts.drawings),
@@ -242,7 +242,7 @@ def _drawings(data: Path) -> dict[str, list[_File]]:
 
 
 def _robot_maps(data: Path) -> dict[str, list[_File]]:
-    """Return the files of each building whose maps are in metres."""
+    """Return the files of each building with metric maps."""
     found = {
         building: [
             _File(data / f'declutter/maps/{name}.png', _CELLS_M.get(name, 0.05)) for name in names
@@ -266,7 +266,7 @@ def _checked(found: dict[str, list[_File]]) -> dict[str, list[_File]]:
 
 
 def _drawing(files: Sequence[_File], variant: int, rng: np.random.Generator) -> GridMap:
-    """Return a variant: the files as they are, then redrawn."""
+    """Return a variant: the unchanged files first, then redrawn ones."""
     if variant < len(files):
         return files[variant].read()
     grid = rewalled(files[int(rng.integers(len(files)))].read(), rng)
@@ -282,12 +282,12 @@ def _robot_map(files: Sequence[_File], variant: int, rng: np.random.Generator) -
 
 
 def _drawn_map(files: Sequence[_File], variant: int, rng: np.random.Generator) -> Submap:
-    """Return a drawing made into a part of a robot's map."""
+    """Return a part of a drawing converted to a robot map."""
     return _part(robot_map_of(files[variant % len(files)].read(), rng), rng)
 
 
 def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator) -> GridMap | None:
-    """Return what a reader makes of a sheet; None where it made something else of it."""
+    """Return the parse of a generated sheet; None if it is rejected or mostly wrong."""
     kinds = list(STANDARD_KINDS)
     sheet = draw_sheet(FIRST_SHEET + number, kinds[number % len(kinds)])
     read = read_from_file(sheet, config)
@@ -299,7 +299,7 @@ def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator)
 
 
 def _family_drawing(source: GeneratedPlans, rng: np.random.Generator) -> GridMap:
-    """Return a drawing of a family's storey, many with litter, which must change no scale."""
+    """Return a drawing of a family's storey, many with clutter, which must not affect scale."""
     grid = styled_drawing(rng, source)
     return littered(grid, rng) if rng.random() < _LITTERED else grid
 
@@ -309,7 +309,7 @@ def _generated_map(rng: np.random.Generator, source: GeneratedPlans = STOREYS) -
 
 
 def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
-    """Return a connected part of a robot's map, turned."""
+    """Return a rotated connected part of a robot map."""
     share = _SHARES[int(rng.integers(len(_SHARES)))]
     whole = RobotPair('', grid, grid, Affine2D.identity(), is_metric=True)
     cut = varied(whole, rng, share).robot

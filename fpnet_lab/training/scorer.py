@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fitting the judge to trials: the truth of each trial is to be probable.
+Fit of the placement scorer to trials by maximum likelihood.
 
-A trial's truth is its right placements together, "none of these" on the map's own plan, or
-"another building's plan". Own and others' plans weigh the same, and so do kinds of map; the
-localizer moves the even odds to its own prior.
+The truth of a trial is its right placements together, "none of these" on the correct plan, or
+"another building's plan". Correct and other plans have equal total weight, and so do kinds of
+maps; the localizer replaces the even odds by its own prior.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layer
 from fpnet_lab.training.scorer_trials import Trial
 
 _NEVER = -1e9  # numerical
-_UNSEEN = 1e9  # numerical: spread of a figure that is not looked at
-_LEAST_SPREAD = 1e-3  # numerical: of a figure that hardly varies
-_LEAST_SHARE = 1e-6  # numerical: of own plans, or of others
+_UNSEEN = 1e9  # numerical: standard deviation that disables a feature
+_LEAST_SPREAD = 1e-3  # numerical: of an almost constant feature
+_LEAST_SHARE = 1e-6  # numerical: of trials on correct plans, or on others
 
 
 @dataclass(frozen=True)
 class ScorerTraining(MemberTraining):
-    """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
+    """Settings of a fit; the defaults were chosen by cross-validation on the development split."""
 
     thinned: float = 0.3
-    """Share of trials of which up to as many placements are left out, the right one too."""
+    """Share of trials to thin, and of their placements to drop, right ones included."""
     without: tuple[str, ...] = ()
-    """Figures whose names hold one of these words are not looked at, for comparisons."""
+    """Substrings of the names of features to disable, for ablations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class TrialTensors(Columns):
     ``N`` trials of up to ``K`` placements.
 
     ``figures (N, K, D)``, ``context (N, G)``, ``there (N, K)`` marks placements, ``right (N, K)``
-    right ones, ``own (N,)`` own plans, ``weight (N,)``.
+    right ones, ``own (N,)`` trials on the correct plan, ``weight (N,)``.
     """
 
     figures: torch.Tensor
@@ -60,7 +60,7 @@ class TrialTensors(Columns):
 
 
 def stack_trials(trials: Sequence[Trial]) -> TrialTensors:
-    """Return trials padded to the largest; raises FpnetError for none."""
+    """Return trials padded to the largest; raise FpnetError for none."""
     if not trials:
         raise FpnetError('no trials to learn from; gather some first')
     most = max(len(trial.right) for trial in trials)
@@ -73,7 +73,7 @@ def stack_trials(trials: Sequence[Trial]) -> TrialTensors:
     context = np.stack([trial.evidence.context for trial in trials])
     own = np.array([trial.is_own for trial in trials])
     share = float(np.clip(own.mean(), _LEAST_SHARE, 1.0 - _LEAST_SHARE))
-    weight = np.where(own, 0.5 / share, 0.5 / (1.0 - share))  # own and others' count the same
+    weight = np.where(own, 0.5 / share, 0.5 / (1.0 - share))  # equal totals of both classes
     return TrialTensors(
         figures=torch.from_numpy(np.nan_to_num(figures)),
         context=torch.from_numpy(np.nan_to_num(context)),
@@ -107,7 +107,7 @@ class PlacementNetwork(nn.Module):
         self.drop = nn.Dropout(dropout)
 
     def standardise(self, data: TrialTensors, without: Sequence[str] = ()) -> None:
-        """Take means and spreads from what is learned from; some figures are not looked at."""
+        """Set means and standard deviations from training data; disable features ``without``."""
         flat = data.figures[data.there]
         for name, values in (('figure', flat), ('context', data.context)):
             getattr(self, f'{name}_mean').copy_(values.mean(dim=0))
@@ -119,7 +119,7 @@ class PlacementNetwork(nn.Module):
     def forward(
         self, figures: torch.Tensor, context: torch.Tensor, there: torch.Tensor
     ) -> torch.Tensor:
-        """Return log probabilities ``(N, K + 2)``: of each, of none here, of another plan."""
+        """Return log probabilities ``(N, K + 2)``: placements, none of these, other building."""
         x = ((figures - self.figure_mean) / self.figure_scale).clamp(-CLIP, CLIP)
         g = ((context - self.context_mean) / self.context_scale).clamp(-CLIP, CLIP)
         beside = g[:, None].expand(-1, x.shape[1], -1)
@@ -161,7 +161,7 @@ def _fit(data: TrialTensors, config: ScorerTraining, member: int) -> PlacementNe
 
 
 def _thinned(there: torch.Tensor, share: float, generator: torch.Generator) -> torch.Tensor:
-    """Leave some placements out of some trials, never all: candidates are missing now and then."""
+    """Drop some placements of some trials, never all: at run time candidates may be missing."""
     some = torch.rand((len(there), 1), generator=generator) < share
     gone = (torch.rand(there.shape, generator=generator) < share) & some
     kept = there & ~gone
@@ -171,7 +171,7 @@ def _thinned(there: torch.Tensor, share: float, generator: torch.Generator) -> t
 def fit_scorer(
     data: TrialTensors, config: ScorerTraining, on_member: Callable[[float], None] = lambda _: None
 ) -> list[PlacementNetwork]:
-    """Fit all members."""
+    """Train all members."""
     networks = []
     for member in range(config.members):
         networks.append(_fit(data, config, member))

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Trials for the judge from drives: what a robot's first looks say of its plan and of others.
+Trials of the placement scorer from recordings: early updates on the correct and on other plans.
 
-Buildings, sensors and inaccurate plans are those of the localization benchmark, of another seed;
-scans go through KISS-ICP and the product's own submap. Every look of a drive, from the first
-corner of a room on, is a chance to be wrongly sure, and another building by the same architect is
-the plan that tempts most.
+Buildings, sensors and inaccurate plans are those of the localization benchmark with other seeds;
+scans are registered by KISS-ICP and accumulated in the product's submap. Every update of a
+recording, from the first corner of a room on, may cause a wrong acceptance, and plans of other
+buildings by the same architect are the hardest to reject.
 """
 
 from __future__ import annotations
@@ -38,24 +38,24 @@ from fpnet_lab.evaluation.localization.runs import settings_of
 from fpnet_lab.training.scorer_trials import Trial
 
 DRIVE_S = 40.0
-"""Later looks mostly repeat what the earlier ones found. Chosen."""
+"""Later updates mostly repeat earlier results. Chosen."""
 
 DRIVE_BLOCK = 2
-"""Drives that are made one after the other; each gives some thirty trials. Chosen."""
+"""Recordings per task; each gives about thirty trials. Chosen."""
 
 PLAIN_DRIVES = 42
 """
-Buildings of the localization benchmark without symmetry; there are no more of one seed. Chosen.
+Number of buildings of the localization benchmark without symmetry, for one seed. Chosen.
 """
 
 # Chosen, not measured:
-_WRONG_PLANS = 3  # other buildings' plans per drive, the first one of its own family
-_GROWTH = 1.12  # a look becomes a trial when the free space has grown by this factor
+_WRONG_PLANS = 3  # other buildings' plans per recording, the first one of its own family
+_GROWTH = 1.12  # growth of the free space between two trials
 _SCANS_PER_LOOK = 10  # a second of sensor time
 
 
 class DriveSource:
-    """Makes the trials of drives; drive ``index`` of a seed is always the same."""
+    """Generates trials from recordings; recording ``index`` of a seed is deterministic."""
 
     def __init__(self, seed: int, config: FpnetConfig, matcher: RegionMatcher) -> None:
         self._cases = plain_cases(seed)
@@ -63,13 +63,13 @@ class DriveSource:
         self._matcher = matcher
 
     def block(self, number: int) -> list[Trial]:
-        """Return the trials of :data:`DRIVE_BLOCK` drives."""
+        """Return the trials of :data:`DRIVE_BLOCK` recordings."""
         first = number * DRIVE_BLOCK
         last = min(first + DRIVE_BLOCK, PLAIN_DRIVES)
         return [trial for index in range(first, last) for trial in self.trials(index)]
 
     def trials(self, index: int) -> Iterator[Trial]:
-        """Yield the trials of one drive: its looks at its own plan and at others'."""
+        """Yield the trials of one recording: updates on the correct plan and on others."""
         case = self._cases[index % len(self._cases)]
         config = settings_of(case, self._config)
         global_localizer = GlobalLocalizer(
@@ -82,7 +82,7 @@ class DriveSource:
         foreign = [Floorplan.prepared(make_plan(other), config) for other in others]
         odometry = KissOdometry(config.odometry)
         segmenter = SubmapSegmenter()
-        for submap, pose, path in _looks(inputs.scans, odometry, config):
+        for submap, pose, path in _updates(inputs.scans, odometry, config):
             sub, segmenter = prepare_submap(submap, segmenter, StageTimer())
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])
             for plan in (own, *foreign):
@@ -102,10 +102,10 @@ class DriveSource:
                     )
 
 
-def _looks(
+def _updates(
     scans: Iterable[Scan], odometry: KissOdometry, config: FpnetConfig
 ) -> Iterator[tuple[Submap, NDArray[np.float64], PlanarTrajectory]]:
-    """Yield the submap, the sensor's pose and its path each time there is more to see."""
+    """Yield submap, sensor pose and sensor path each time the explored area has grown."""
     builder = SubmapBuilder(config.submap)
     seen_m2 = config.localizer.min_explored_m2 / _GROWTH
     stamps: list[int] = []
@@ -129,7 +129,7 @@ def _looks(
 def _right(
     found: Candidates, plan: Floorplan, submap: Submap, path: PlanarTrajectory, truth: Truth
 ) -> NDArray[np.bool_]:
-    """Tell which placements put the robot where it is."""
+    """Return which placements give the right robot pose."""
     T_submap_odom: SE2 = submap.T_odom_submap.inv()
     errors = np.array(
         [

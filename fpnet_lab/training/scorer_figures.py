@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How far a judge may be believed, on trials and buildings that it has not learned from."""
+"""Calibration and accuracy of a placement scorer on held-out trials and buildings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 CLAIMS = (0.9, 0.95, 0.97, 0.99)
 """
-Probabilities that a claim might ask for; what each costs decides on the configuration's. Chosen.
+Candidate acceptance thresholds; their error rates determine the configured one. Chosen.
 """
 
 # Chosen, not measured:
@@ -38,7 +38,7 @@ _FOLD_MEMBERS = 2
 def reliability(
     trials: Sequence[Trial], model: PlacementModel, config: LocalizerConfig
 ) -> Reliability:
-    """Compare what a judge states of each trial's best placement with the truth."""
+    """Compare the stated probability of each trial's best placement with the truth."""
     own = np.array([trial.is_own for trial in trials], dtype=np.bool_)
     share = float(np.clip(own.mean(), 0.01, 0.99)) if len(own) else 0.5
     stated = [
@@ -70,12 +70,12 @@ def held_back_figures(
     trials: Sequence[Trial], config: ScorerTraining
 ) -> dict[str, dict[str, float]]:
     """
-    Return figures per kind of trial, each of a judge that was fitted without its building.
+    Return figures per kind of trial, each by a scorer fitted without the trial's building.
 
-    ``right`` is the share of trials on own plans whose best placement is. With claims from each
-    of :data:`CLAIMS` on, ``claimed_right_P`` and ``claimed_wrong_P`` are shares of trials on own
-    plans, ``foreign_claimed_P`` of those on others'; ``ece`` is the expected calibration error
-    where own and others' plans are as frequent as among the trials.
+    ``right`` is the share of trials on correct plans with a right best placement. For each
+    threshold in :data:`CLAIMS`, ``claimed_right_P`` and ``claimed_wrong_P`` are shares of trials
+    on correct plans, ``foreign_claimed_P`` of those on other plans; ``ece`` is the expected
+    calibration error with a prior equal to the share of correct plans among the trials.
     """
     data = stack_trials(trials)
     names = sorted({_building(trial) for trial in trials})
@@ -97,14 +97,14 @@ def held_back_figures(
 
 
 def mean_log_probability(networks: Sequence[PlacementNetwork], data: TrialTensors) -> torch.Tensor:
-    """Return what the members think together, ``(N, K + 2)``."""
+    """Return the mean log probability of the members, normalized, ``(N, K + 2)``."""
     with torch.inference_mode():
         votes = [net(data.figures, data.context, data.there) for net in networks]
         return torch.log_softmax(torch.stack(votes).mean(dim=0), dim=1)
 
 
 def at_prior(log_p: Array, plan_prior: float) -> Array:
-    """Return probabilities ``(N, K + 2)`` where a plan is of the building at this probability."""
+    """Return the probabilities ``(N, K + 2)`` for a given prior of the correct plan."""
     moved = log_p.copy()
     moved[:, -1] -= np.log(plan_prior / (1.0 - plan_prior))
     share = np.exp(moved - moved.max(axis=1, keepdims=True))
@@ -137,5 +137,5 @@ def _mean(values: NDArray[np.bool_]) -> float:
 
 
 def _building(trial: Trial) -> str:
-    """Return what is left out together: data sets name one building in several ways."""
+    """Return the name of a group to leave out: data sets name one building in several ways."""
     return trial.building.removesuffix('_scan').removesuffix('_filled')

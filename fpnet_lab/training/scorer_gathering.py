@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Gathers the judge's trials in blocks, by several processes, and goes on where it stopped."""
+"""Parallel, resumable generation of the placement scorer's trials in blocks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fpnet_lab.training.scorer_trials import (
 
 @dataclass(frozen=True)
 class TrialAmounts(Counts):
-    """Cases of each kind, rounded up to whole blocks, and drives."""
+    """Cases of each kind, rounded up to whole blocks, and recordings."""
 
     real: int = 1200
     drawn: int = 600
@@ -36,7 +36,7 @@ class TrialAmounts(Counts):
 
 @dataclass(frozen=True)
 class Block:
-    """Trials that are made one after the other; ``data`` is needed but for generated ones."""
+    """Trials that one task computes; ``data`` is optional for generated ones."""
 
     kind: str
     number: int
@@ -46,7 +46,7 @@ class Block:
 
     @property
     def name(self) -> str:
-        """Its own among the blocks of all seeds."""
+        """Unique name among the blocks of all seeds."""
         return f'{self.kind}-{self.seed}-{self.number:04d}'
 
 
@@ -57,12 +57,12 @@ def gather_trials(
     on_block: Callable[[float], None] = lambda _: None,
 ) -> list[Trial]:
     """
-    Return all trials; what ``folder`` holds is taken over.
+    Return all trials; blocks in ``folder`` are reused.
 
     Raises
     ------
     FpnetError
-        If the shared data or a kept block is unusable.
+        If the shared data or a cached block is unusable.
     """
     named = {block.name: block for block in blocks}
     made = make_once(folder, Trials, named, _trials, workers, on_block, COLUMNS)
@@ -72,7 +72,7 @@ def gather_trials(
 def trial_blocks(
     seed: int, data: Path | None, config: FpnetConfig, amounts: TrialAmounts
 ) -> list[Block]:
-    """Return all blocks; kinds take turns, so that an interrupted run has some of all."""
+    """Return all blocks; kinds alternate, so that an interrupted run has some of each."""
     each = [
         (number / len(numbers), kind, number)
         for kind, numbers in _numbers(amounts)
@@ -96,7 +96,7 @@ def _trials(block: Block) -> tuple[Trial, ...]:
 def _source(
     kind: str, seed: int, data: Path | None, config: FpnetConfig
 ) -> TrialSource | DriveSource:
-    """Return what makes the blocks of one kind; a process makes many of them."""
+    """Return the source of blocks of one kind, cached per process."""
     import torch
 
     from fpnet_core.matching.learned import LearnedMatcher

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the judge learns from: robot maps on their own plans, rough ones too, and on others' plans.
+Training data of the placement scorer: robot maps on correct plans and on other buildings' plans.
 
-Four kinds of map, none of a report building: real robot maps of the tune half; drawings of its
-buildings, furnished ones too, made into robot maps; real maps of homes and offices without a plan,
-which are at home nowhere; and maps of generated buildings. Each is cut to a part, turned, and
-rescaled unless its scale counts as known; each meets its own plan, as drawn or roughened, and
-plans of other buildings, some by the same architect.
+There are four kinds of maps, none from a building of the test split: real robot maps of the
+development split; its drawings, some furnished, converted to robot maps; real maps of homes and
+offices without any plan; and maps of generated buildings. Each is cropped, rotated, and rescaled
+unless its scale counts as known. Each is matched with its own plan, some of them roughened, and
+with plans of other buildings, some by the same architect.
 """
 
 from __future__ import annotations
@@ -54,43 +54,43 @@ KINDS = ('real', 'drawn', 'foreign', 'generated')
 _SHARES = ((0.9, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2), (0.05, 0.1))
 _SHARE_WEIGHTS = (0.08, 0.2, 0.12, 0.25, 0.27, 0.08)
 """
-Shares of a map's free space that cuts keep, and how often: what a robot has seen, early too.
-Chosen.
+Ranges of the share of free space kept by crops, and their frequencies: explored areas, early ones
+too. Chosen.
 """
 
 _METRIC = {'real': 0.3, 'drawn': 0.5, 'foreign': 0.3, 'generated': 0.75}
 """
-Share of the cases of each kind whose scale counts as stated; robots' own maps are metric. Chosen.
+Share of the cases of each kind with a stated scale; robot maps are metric. Chosen.
 """
 
 _ROUGH = {'real': 0.25, 'drawn': 1.0, 'generated': 0.4}
-"""Share of the own plans that are roughened; a drawing fits its own copy perfectly. Chosen."""
+"""Share of correct plans to roughen; a drawing fits a copy of itself perfectly. Chosen."""
 
 BLOCK_CASES = 25
-"""Numerical: cases that are made one after the other."""
+"""Numerical: consecutive cases that one task computes."""
 
 # Chosen, not measured:
-_OTHERS = 2  # plans of other buildings that each map meets
-_GENERATED_OTHERS = 0.5  # share of the maps of real buildings that meet a generated plan
+_OTHERS = 2  # plans of other buildings per map
+_GENERATED_OTHERS = 0.5  # share of the maps of real buildings with one generated plan
 _GENERATED_PLANS, _PLAN_SEED = 36, 991  # numerical
-_TOLERATED_SCALE = 0.09  # nominal scales further off are brought near where they count as stated
-_STATED_ERROR = 0.05  # by how much a stated scale is off, at most
+_TOLERATED_SCALE = 0.09  # larger log scale errors are reduced if the scale counts as stated
+_STATED_ERROR = 0.05  # largest log error of a stated scale
 
 RIGHT_LEAST_M, RIGHT_MEDIAN_M = 0.9, 1.0
 """
-A placement is right as in ``fpnet bench matching``, on small plans with its middle within the
-first; or if it moves most of the map by less than the second: drawings are locally off by more
-than 10 per cent. Around a robot, it is right within the second. Chosen.
+Limits of a right placement, in addition to those of ``fpnet bench matching``: the error at the
+centre may be up to the first on small plans; or most of the map is displaced by less than the
+second, as drawings have local errors of over 10 %. Around a robot the second is the limit. Chosen.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
     """
-    One comparison: the evidence for ``C`` placements and which of them are ``right (C,)``.
+    One match of a map with a plan: evidence for ``C`` placements and the ``right (C,)`` ones.
 
-    ``is_own`` marks the plan of the map's own building; ``kind`` and ``building`` say where the
-    map is from, ``kept`` which share of its free space it holds, NaN where nobody cut it.
+    ``is_own`` marks the plan of the map's own building; ``kind`` and ``building`` are those of the
+    map, ``kept`` is the remaining share of its free space, NaN if it was not cropped.
     """
 
     evidence: Evidence
@@ -103,12 +103,12 @@ class Trial:
 
 Trials = tuple[Trial, ...]
 COLUMNS = (*FIGURES, *CONTEXT)
-"""Of the evidence of kept trials."""
+"""Columns of the evidence of cached trials."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """A map, and where its places (P, 2) lie on its own ``plan``, which foreign ones lack."""
+    """A map, and the positions (P, 2) of its points on its ``plan``; None for maps without one."""
 
     submap: Submap
     is_metric: bool
@@ -121,10 +121,10 @@ class _Case:
 
 class TrialSource:
     """
-    Makes the trials of one kind.
+    Generates the trials of one kind.
 
-    ``data`` is needed for all kinds but ``generated``; of ``real`` pairs those of one ``half``
-    are taken, and the plans of the report half stay as they are drawn.
+    All kinds except ``generated`` need ``data``; ``real`` takes the pairs of one split, ``half``.
+    Plans of the test split are not roughened.
 
     Raises
     ------
@@ -153,7 +153,7 @@ class TrialSource:
         self._generated: list[GridMap] = []
         self._unpaired: list[Path] = []
         if kind == 'foreign':
-            assert data is not None  # only generated buildings need none
+            assert data is not None  # optional for generated buildings only
             self._unpaired = sorted((data / 'declutter' / 'maps').glob('*.png'))
             if not self._unpaired:
                 raise FpnetError(f'{data / "declutter" / "maps"} holds no maps')
@@ -161,13 +161,13 @@ class TrialSource:
         self._neighbours: dict[str, list[tuple[str, GridMap]]] = {}
 
     def block(self, number: int) -> list[Trial]:
-        """Return the trials of :data:`BLOCK_CASES` consecutive cases, always the same ones."""
+        """Return the trials of :data:`BLOCK_CASES` consecutive cases; deterministic."""
         self._neighbours.clear()
         first = number * BLOCK_CASES
         return [t for index in range(first, first + BLOCK_CASES) for t in self.trials(index)]
 
     def trials(self, index: int) -> Iterator[Trial]:
-        """Yield the trials of one case; generated plans of the block's earlier ones are others."""
+        """Yield the trials of one case; earlier generated plans of the block serve as others."""
         rng = np.random.default_rng([self._seed, KINDS.index(self._kind), index])
         case = self._case(index, rng)
         robot = segment_robot_map(case.submap, self._config, case.is_metric)
@@ -180,7 +180,7 @@ class TrialSource:
     def _met(
         self, case: _Case, robot: SegmentedMap, plan: SegmentedMap, own: GridMap | None
     ) -> Iterator[Trial]:
-        """Yield what the search led to, if it led anywhere."""
+        """Yield the trial of a search, if the search has any result."""
         pair = scaled_pair(plan, robot, self._global_localizer.config)
         if case.is_metric:
             pair = replace(pair, robot_xy=case.robot_xy)
@@ -221,7 +221,7 @@ class TrialSource:
         if self._kind == 'foreign':
             path = self._unpaired[index % len(self._unpaired)]
             return RobotPair(path.stem, self._pairs[0].plan, read_map(path), Affine2D.identity())
-        assert self._data is not None  # only generated buildings need none
+        assert self._data is not None  # optional for generated buildings only
         name = TUNE_FLOORS[index % len(TUNE_FLOORS)]
         furnished = sorted((self._data / 'bormann' / 'furnished').glob(f'{name}*.png'))
         drawn = [*furnished, _floorplan(self._data, name)]
@@ -260,7 +260,7 @@ class TrialSource:
     def _other_generated(
         self, case: _Case, rng: np.random.Generator
     ) -> Iterator[tuple[str, GridMap]]:
-        """Yield the last plan by the same architect, and one of another family."""
+        """Yield the latest plan by the same architect, and one of another family."""
         family = case.building.rsplit('-', 1)[0]
         same = self._neighbours.get(family, [])
         rest = [
@@ -269,7 +269,7 @@ class TrialSource:
         yield from same[-1:]
         if rest:
             yield rest[int(rng.integers(len(rest)))]
-        assert case.plan is not None  # generated buildings have one
+        assert case.plan is not None  # all generated buildings have a plan
         self._neighbours[family] = [(case.building, case.plan)]
 
     def _generated_plan(self, number: int) -> GridMap:
@@ -291,7 +291,7 @@ class TrialSource:
 def right_placements(
     placed: Placements, points: Array, truth: Array, diagonal_m: float
 ) -> NDArray[np.bool_]:
-    """Tell which placements put ``points (P, 2)`` where they are, ``truth (P, 2)`` on the plan."""
+    """Return which placements map ``points (P, 2)`` near ``truth (P, 2)`` on the plan."""
     there = placed.apply(points)
     moved = np.median(np.linalg.norm(there - truth, axis=2), axis=1)
     middle = np.linalg.norm(there.mean(axis=1) - truth.mean(axis=0), axis=1)
@@ -305,7 +305,7 @@ def right_placements(
 
 
 def _right(found: Candidates, case: _Case, own: GridMap, pair: ScaledPair) -> NDArray[np.bool_]:
-    """Tell which placements on the map's own plan are right."""
+    """Return which placements on the correct plan are right."""
     if case.robot_xy is not None and case.is_metric:
         return _right_at(found, case)
     free = pair.sub.evidence.free
@@ -315,8 +315,8 @@ def _right(found: Candidates, case: _Case, own: GridMap, pair: ScaledPair) -> ND
 
 
 def _right_at(found: Candidates, case: _Case) -> NDArray[np.bool_]:
-    """Tell which placements put the robot where it is."""
-    assert case.robot_xy is not None  # the caller has looked
+    """Return which placements give the right robot pose."""
+    assert case.robot_xy is not None  # checked by the caller
     here = case.robot_xy[None]
     error_m = np.linalg.norm(found.estimates.apply(here)[:, 0] - case.displaced(here)[0], axis=1)
     ahead = here + np.array([[1.0, 0.0]])
@@ -327,13 +327,13 @@ def _right_at(found: Candidates, case: _Case) -> NDArray[np.bool_]:
 
 
 def _fitted(points: Array, truth: Array) -> Array:
-    """Return the affine ``(2, 3)`` that takes ``points`` nearest to ``truth``."""
+    """Return the affine map ``(2, 3)`` from ``points`` to ``truth``, by least squares."""
     inputs = np.column_stack([points, np.ones(len(points))])
     return np.asarray(np.linalg.lstsq(inputs, truth, rcond=None)[0].T)
 
 
 def _nearly_metric(pair: RobotPair, rng: np.random.Generator) -> RobotPair:
-    """Return a pair whose robot map has the plan's scale, up to what a stated one is off."""
+    """Return a pair whose robot map has the plan's scale, up to the error of a stated one."""
     scale = pair.A_plan_robot.scale
     if abs(np.log(scale)) <= _TOLERATED_SCALE:
         return pair

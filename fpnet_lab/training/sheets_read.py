@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Generated sheets as a user's reader sees them: from a file, with nothing said of them."""
+"""Generated sheets parsed from files without prior information, as for a user."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from fpnet_lab.evaluation.drawings import written
 from fpnet_lab.sim.sheets import Sheet
 
 COMPARED_CELLS = 1200
-"""Numerical: a side of the page where it is compared with the truth; a room has hundreds."""
+"""Numerical: cells per side of the raster for the comparison; a room has hundreds of cells."""
 
 
 @dataclass(frozen=True, eq=False)
 class SheetRead:
     """
-    A sheet, the ``pixels (H, W, 3)`` uint8 of its file, and the reading of it that was chosen.
+    A sheet, the ``pixels (H, W, 3)`` uint8 of its file, and the selected plan hypothesis.
 
     ``H_pixel_page (3, 3)`` maps metres of the page to the file's pixels.
     """
@@ -41,7 +41,7 @@ class SheetRead:
 
     @property
     def in_true_metres(self) -> GridMap:
-        """The floorplan that was read, its cells as large as they truly are."""
+        """Parsed floorplan with the true cell size."""
         H_plan_page = self.found.H_plan_pixel @ self.H_pixel_page
         grid = self.found.segmentation.grid
         return replace(grid, resolution=grid.resolution / growth_at(H_plan_page, self._middle))
@@ -53,7 +53,7 @@ class SheetRead:
 
 
 def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None:
-    """Write a sheet to a file and read that; None where it is refused."""
+    """Write a sheet to a file and parse it; None if it is rejected."""
     with TemporaryDirectory() as folder:
         path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
         drawing = open_drawing(path, ReadOptions())
@@ -65,7 +65,7 @@ def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None
 
 
 def picture_read(pixels: NDArray[np.uint8], config: SegmentationConfig) -> PlanHypothesis | None:
-    """Return the building in the file of a picture (H, W, 3); None where that is refused."""
+    """Return the plan hypothesis of an image (H, W, 3) parsed from a file; None if rejected."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'picture.png'
         Image.fromarray(pixels).save(path)

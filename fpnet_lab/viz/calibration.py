@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reliability diagram: how often a claimed probability comes true."""
+"""Reliability diagram: stated probability against observed frequency."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _SIZE_INCHES = (6.5, 6.0)  # chosen
 
 def plot_reliability(path: Path, results: Mapping[str, Reliability]) -> None:
     """
-    Write the diagram to the image ``path``; its folder is created.
+    Write the diagram to the image ``path`` and create its folder.
 
-    ``results`` are by kind of trial, ``all`` among them, whose trials the bars count.
+    ``results`` are by kind of trial, with ``all``; the bars show the trial counts of ``all``.
     """
     with saved_figure(path, _SIZE_INCHES, DPI) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))

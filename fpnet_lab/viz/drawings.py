@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets at a glance: as a user has them, and how they were read."""
+"""Images of floorplan drawings and of the rooms parsed from them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from PIL import Image, ImageDraw
 from fpnet.viz.segmentation import region_colour
 
 # Chosen, not measured:
-_SIDE_PX = 1100  # of either half of the picture
+_SIDE_PX = 1100  # longest side of either half of the image
 _CAPTION_PX = 46
 _TILE_PX, _TITLE_PX, _GAP_PX = (460, 360), 18, 10
 _GROUND = (205, 205, 205)
-_COLOURS = 160  # of a contact sheet: half the bytes, and nobody sees it
+_COLOURS = 160  # palette of a contact sheet: half the bytes without a visible difference
 _TRUE_LINE = (220, 0, 0)
 
 
 def on_white(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Return pixels (H, W, 3 or 4) as a picture, on white where they are transparent."""
+    """Return pixels (H, W, 3 or 4) as an image, with white in transparent areas."""
     image = Image.fromarray(pixels)
     if image.mode == 'RGBA':
         image = Image.alpha_composite(Image.new('RGBA', image.size, 'white'), image)
@@ -34,7 +34,7 @@ def on_white(pixels: NDArray[np.uint8]) -> Image.Image:
 def save_contact_sheet(
     path: Path, pictures: Sequence[tuple[str, NDArray[np.uint8]]], columns: int
 ) -> None:
-    """Write titled pictures (H, W, 3 or 4) side by side, in rows of ``columns``."""
+    """Write titled images (H, W, 3 or 4) as a grid with ``columns`` columns."""
     rows = -(-len(pictures) // columns)
     height = _TILE_PX[1] + _TITLE_PX
     shown = Image.new('RGB', (columns * _TILE_PX[0], rows * height), _GROUND)
@@ -56,14 +56,14 @@ def save_comparison(
     caption: str,
 ) -> None:
     """
-    Write a drawing beside the rooms that were read from it.
+    Write a drawing next to the rooms parsed from it.
 
     Parameters
     ----------
     path : image to write
     pixels : (H, W, 3 or 4) of the drawing
-    rooms : labels (H', W') as read, which are coloured, and true ones, drawn as red lines, both
-        with row 0 lowest; None where nothing was read
+    rooms : parsed labels (H', W'), drawn coloured, and true labels, drawn as red outlines, both
+        with row 0 at the bottom; None if parsing failed
     caption : up to three lines
     """
     halves = [on_white(pixels)]

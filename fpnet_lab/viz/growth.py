@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What storeys cost against their size."""
+"""Plots of computation time and memory against storey area."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PLAN, _TICK, _MEMORY = '#1f6fb4', '#d1495b', '#3b7d4f'
 
 
 def save_growth(storeys: Sequence[Grown], path: Path) -> None:
-    """Write times and memory against a storey's area, and a tick's parts, as a picture."""
+    """Write plots of times, memory and the stages of an update against a storey's area."""
     with saved_figure(path, (11.0, 3.6), 110) as figure:
         times, memory, parts = figure.subplots(1, 3)
         area = np.array([storey.area_m2 for storey in storeys])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Generated and real storeys in one picture of distributions."""
+"""Distributions of generated and real storeys in one figure."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Values = Mapping[str, NDArray[np.float64]]
-"""What was measured, by quantity; one value for each room, door or storey."""
+"""Measured values by quantity; one value for each room, door or storey."""
 
 # Chosen, not measured:
 _PANELS = {
@@ -30,17 +30,17 @@ _PANELS = {
 }
 _GENERATED, _REAL, _SINGLE = '#1f6fb4', '#d1495b', '#e9a9b2'
 _COLUMNS = 3
-_LEGEND_INCHES = 0.4  # chosen: of the strip above
-_PER_STOREY = 'rooms_per_plan'  # one value each: no distribution of its own
+_LEGEND_INCHES = 0.4  # chosen: height of the legend at the top
+_PER_STOREY = 'rooms_per_plan'  # one value per storey: no distribution within a storey
 
 
 def save_population(
     generated: Values, real: Values, real_storeys: Sequence[Values], path: Path
 ) -> None:
     """
-    Write cumulative distributions of generated and real storeys, and of each real one alone.
+    Write cumulative distributions of generated, of real, and of each single real storey.
 
-    Expects the quantities of :data:`_PANELS`.
+    All three need the quantities of :data:`_PANELS`.
     """
     rows = -(-len(_PANELS) // _COLUMNS)
     size = (3.6 * _COLUMNS, 2.9 * rows + _LEGEND_INCHES)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Generated storeys and matching pairs at a glance."""
+"""Images of generated storeys and matching pairs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PATH: Colour = (0.8, 0.0, 0.0)
 _SHEET_IN = 15.0
 _TITLE_PT = 7.5
 _DPI = 120
-_PAGE_CELLS = 300  # of the longer side of a pair's picture
+_PAGE_CELLS = 300  # longer side of the image of a map
 _PAPER = 0.8
 
 
@@ -40,9 +40,9 @@ def save_gallery(
     columns: int = 6,
 ) -> None:
     """
-    Write one sheet: titled drawings, then matching pairs, plan beside submap.
+    Write one sheet: titled drawings, then matching pairs with plan and submap side by side.
 
-    ``columns`` is even. True partners of a pair share a colour.
+    ``columns`` is even. True partners of a pair have the same colour.
     """
     rows = [-(-len(drawings) // columns), -(-2 * len(pairs) // columns)]
     tile_in = _SHEET_IN / columns
@@ -64,27 +64,27 @@ def draw_page(ax: Axes, grid: GridMap, size_px: int) -> None:
     factor = -(-max(grid.shape) // size_px)
     rows, columns = (cells // factor * factor for cells in grid.shape)
     blocks = shades[:rows, :columns].reshape(rows // factor, factor, columns // factor, factor)
-    page = blocks.mean(axis=(1, 3)) ** factor  # lines of one cell keep most of their ink
+    page = blocks.mean(axis=(1, 3)) ** factor  # keeps lines of one cell dark
     page[(blocks == _PAPER).all(axis=(1, 3))] = _PAPER
     ax.imshow(page, origin='lower', cmap='gray', vmin=0.0, vmax=1.0, interpolation='antialiased')
 
 
 def bold(grid: GridMap) -> GridMap:
-    """Return a grid of fewer, larger cells in which every wall is still closed."""
+    """Return a grid with fewer, larger cells and closed walls."""
     factor = -(-max(grid.shape) // _PAGE_CELLS)
     pad = [(0, -cells % factor) for cells in grid.shape]
     cells = np.pad(grid.cells, pad, constant_values=UNKNOWN)
     rows, columns = (size // factor for size in cells.shape)
     blocks = cells.reshape(rows, factor, columns, factor)
-    # Walls win over free space, which wins over what is unknown.
+    # Walls take precedence over free space, free space over unknown space.
     return replace(grid, cells=blocks.max(axis=(1, 3)), resolution=grid.resolution * factor)
 
 
 def draw_pair(plan_ax: Axes, sub_ax: Axes, mapped: MappedPair) -> None:
     """
-    Draw a pair's drawing and submap with the robot's path.
+    Draw a pair's drawing and its submap with the robot's path.
 
-    Partners share a colour; submap regions without one are dark, ignored ones grey.
+    Partners share a colour; submap regions without a partner are dark, ignored ones grey.
     """
     pair = mapped.pair
     labels = pair.sub_labels.tolist()

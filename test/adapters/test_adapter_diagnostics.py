@@ -25,7 +25,7 @@ def test_every_status_survives_the_round_trip(received, status):
         status,
         probability=0.8125,
         timings_ms={'total': 41.5},
-        reason='explains 30 % of the walls: another building?',
+        reason='explains 30 % of the observed walls: possibly another building',
         is_mirrored=status is Status.SEARCHING,
         causes=(Cause(CauseKind.SCALE, 'fits at 1.5 "times"', 'fpnet localize'),),
     )
@@ -73,7 +73,7 @@ def test_only_trouble_raises_the_level():
 
 
 def test_a_mirrored_floorplan_is_a_warning_and_the_message_says_why():
-    reason = 'the floorplan looks mirrored'
+    reason = 'the floorplan seems to be mirrored'
     output = LocalizerOutput(
         0, Status.SEARCHING, probability=0.25, reason=reason, is_mirrored=True
     )

@@ -24,7 +24,7 @@ def test_an_imu_tells_its_rates(received):
 def test_one_without_a_gyroscope_or_with_nonsense_is_refused(received):
     msg = imu((0.0, 0.0, 0.0))
     msg.angular_velocity_covariance[0] = -1.0
-    with pytest.raises(OdometryError, match="'imu_link': it says that it has no gyroscope"):
+    with pytest.raises(OdometryError, match="'imu_link': the IMU has no gyroscope"):
         rate_from_msg(received(msg))
     with pytest.raises(OdometryError, match='angular_velocity is not finite'):
         rate_from_msg(received(imu((0.0, float('nan'), 0.0))))

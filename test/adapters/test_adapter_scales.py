@@ -27,10 +27,10 @@ def test_what_is_known_of_a_scale_survives_and_an_estimate_is_a_warning(received
 
 def test_a_message_about_something_else_or_nonsense_is_refused():
     other = diagnostics_to_msg([health_to_msg('other', '', {})], STAMP_NS)
-    with pytest.raises(MapFormatError, match='cannot be read'):
+    with pytest.raises(MapFormatError, match='unreadable'):
         scale_from_msg(other)
     for low, high in ((1.2, 0.8), (0.0, 1.0), (1.0, float('inf'))):
-        with pytest.raises(MapFormatError, match='is off'):
+        with pytest.raises(MapFormatError, match='out of range'):
             scale_from_msg(scale_to_msg(GridScale(STAMP_NS, low, high)))
     with pytest.raises(MapFormatError):
         scale_from_msg(scale_to_msg(GridScale(STAMP_NS, float('nan'), 1.0)))

@@ -99,7 +99,7 @@ def test_the_robot_is_found_and_no_pose_is_wrong(localized):
     assert summary['nees_mean'] < 8.0
     assert summary['sigma_position_m_median'] > 0.02
     assert summary['rejected_scans'] == 0
-    assert ' m of wall explained; ' in summary['reason']
+    assert ' m of observed wall; ' in summary['reason']
     assert 0.0 < summary['path_to_first_pose_m'] < summary['path_m']
 
 
@@ -131,11 +131,11 @@ def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
     report = json.loads((out / 'run.json').read_text())
     assert not report['localized']
     cause = report['causes'][0]
-    assert cause['cause'] == 'drawing mirrored'
+    assert cause['cause'] == 'floorplan mirrored'
     command = f'fpnet localize {bag} --set localizer.update_period_s=10 --poses {poses}'
     command += f' --floorplan {image} --mirrored'
     assert cause['next'] == command
-    assert f'1. drawing mirrored: {cause["evidence"]}\n   next: {command}' in printed
+    assert f'1. floorplan mirrored: {cause["evidence"]}\n   next: {command}' in printed
     assert 'Likely causes' in (out / 'report.html').read_text(encoding='utf-8')
     assert run_cli(*shlex.split(command)[1:], '--json', tmp_path / 'flipped.json') == 0
     flipped = json.loads((tmp_path / 'flipped.json').read_text())

@@ -78,5 +78,7 @@ def test_a_recording_that_stands_still_ends_in_a_report(folder, tmp_path, capsys
             ]
         )  # fmt: skip
     assert ended.value.code == 3
-    assert '1. too little seen: the robot stood still (0.0 m driven)' in capsys.readouterr().out
+    assert (
+        '1. too little observed: the robot stood still (0.0 m driven)' in capsys.readouterr().out
+    )
     assert {'report.html', 'run.json', 'odometry.tum'} <= {path.name for path in out.iterdir()}

@@ -76,10 +76,12 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):
     truth = plan_px @ robot_px.inv()
     assert np.linalg.norm(got.apply(corners) - truth.apply(corners), axis=1).max() < 8.0
     assert set(result) >= {'status', 'affine_plan_from_submap_px', 'score', 'timings_ms'}
-    share, walls_m = re.match(r'(\d+) % of (\d+) m of wall explained', result['reason']).groups()
+    share, walls_m = re.match(
+        r'explains (\d+) % of (\d+) m of observed wall', result['reason']
+    ).groups()
     assert int(share) > 60
     assert int(walls_m) > 50
-    assert re.search(r'; (no rival|the best rival, .*, explains \d+ %)', result['reason'])
+    assert re.search(r'; (no runner-up|runner-up .*: \d+ %)', result['reason'])
     said = f'matched (p {result["probability"]:.2f}): {result["reason"]}\n'
     scale, *_, printed = capsys.readouterr().out.splitlines(keepends=True)
     assert printed == said

@@ -61,7 +61,7 @@ def test_values_are_the_cores_own_and_show_themselves(folder):
     match = fpnet.match(plan, folder / 'robot_map.yaml')
     assert isinstance(match, MapMatch)
     assert match.status.value == 'matched'
-    assert 'explained' in repr(match)
+    assert 'explains' in repr(match)
     for value in (plan, rooms, match):
         assert '<img src="data:image/png;base64,' in value._repr_html_()
         assert len(repr(value)) < 300
@@ -69,7 +69,7 @@ def test_values_are_the_cores_own_and_show_themselves(folder):
 
 def test_a_run_is_read_as_far_as_somebody_asks(folder):
     run = fpnet.localize(folder / 'drive' / 'floorplan.yaml', folder / 'drive' / 'bag')
-    assert 'not read to its end' in repr(run)
+    assert 'not finished' in repr(run)
     first = next(iter(run))
     assert (first.status, first.A_plan_odom) == (fpnet.Status.WAITING, None)
     rest = list(run)

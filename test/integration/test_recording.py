@@ -145,7 +145,7 @@ def test_odometry_that_the_recording_lacks_ends_in_one_line(tmp_path, capsys, od
     with pytest.raises(SystemExit) as end:
         main([*words, '--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')])
     assert end.value.code == 1
-    assert 'brings no odometry of its own' in capsys.readouterr().err
+    assert 'has no odometry' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_odometry_that_the_recording_lacks_ends_in_one_line(tmp_path, capsys, od
         (['--building', 'igloo'], 'choose one of plain'),
         (['--mesh', 'none.ply'], 'does not exist'),
         (['--floorplan', 'none.png'], 'does not exist'),
-        (['--floorplan', 'none.png', '--family', 'bent'], 'leave out'),
+        (['--floorplan', 'none.png', '--family', 'bent'], 'omit'),
     ],
 )
 def test_impossible_requests_end_in_one_line(words, message, capsys, tmp_path):

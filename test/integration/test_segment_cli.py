@@ -184,7 +184,7 @@ def broken(folder):
     return {
         'missing.png': 'does not exist',
         'empty.png': 'empty.png is empty',
-        'cut.png': 'no readable image',
+        'cut.png': 'not a readable image',
         'huge.png': 'at most 100 million pixels',
         'no.yaml': 'no.yaml',
         'empty.ply': 'empty.ply',
@@ -207,8 +207,8 @@ def test_what_cannot_be_segmented_ends_in_one_line(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (('--submap', '--length', '0,0,9,0=1'), '--length is for drawings, and {} is taken'),
-        (('--submap', '--mirrored'), '--mirrored is for drawings'),
+        (('--submap', '--length', '0,0,9,0=1'), '--length applies to drawings, but {} is read'),
+        (('--submap', '--mirrored'), '--mirrored applies to drawings'),
         (('--resolution', '0.1', '--length', '0,0,9,0=1'), 'both state the scale'),
     ],
 )

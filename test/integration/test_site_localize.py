@@ -120,9 +120,9 @@ def test_site_check_says_what_looks_alike(folder):
 @pytest.mark.parametrize(
     ('words', 'named'),
     [
-        ((), 'give --floorplan or --site'),
-        (('--site', 'SITE', '--floorplan', 'SITE'), 'give --floorplan or --site'),
-        (('--site', 'SITE', '--resolution', '0.1'), '--resolution is for one drawing'),
+        ((), 'give either --floorplan or --site'),
+        (('--site', 'SITE', '--floorplan', 'SITE'), 'give either --floorplan or --site'),
+        (('--site', 'SITE', '--resolution', '0.1'), '--resolution applies to one drawing'),
     ],
 )
 def test_one_of_both_is_named(folder, words, named):

@@ -186,7 +186,7 @@ def test_clouds_become_poses_on_the_floorplan(bench, excerpt):
         name: bench.start(name, *nodes[name])
         for name in ('floorplan_server', 'odometry', 'localizer')
     }
-    took = lambda: 'took the floorplan' in children['localizer'].log_tail()  # noqa: E731
+    took = lambda: 'received the floorplan' in children['localizer'].log_tail()  # noqa: E731
     assert bench.wait_for(took, 300.0), children['localizer'].log_tail()
     children['replay'] = bench.start('replay', *nodes['replay'])
 

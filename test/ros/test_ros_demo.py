@@ -95,7 +95,7 @@ def test_ctrl_c_ends_every_process(short_recording, tmp_path):
     session = _start(short_recording, short_recording / 'floorplan.yaml', out)
     log = out / 'log' / 'localizer.log'
     deadline = time.monotonic() + 120.0
-    while not (log.exists() and 'took the floorplan' in log.read_text()):
+    while not (log.exists() and 'received the floorplan' in log.read_text()):
         assert session.poll() is None, session.stdout.read()
         assert time.monotonic() < deadline
         time.sleep(0.1)

@@ -79,7 +79,7 @@ class Drive:
 
     def is_ready(self) -> bool:
         return (
-            'took the floorplan' in self.localizer.log.read_text()
+            'received the floorplan' in self.localizer.log.read_text()
             and self._publisher.get_subscription_count() > 0
             and self.bench.node.count_subscribers('kiss/frame') > 0
         )

@@ -59,13 +59,13 @@ def test_a_slash_before_the_frame_is_not_part_of_its_name(heard):
 def test_a_grid_that_is_refused_says_so_and_what_stays(heard):
     node, plans, errors = heard
     node.send(grid_to_msg(plan_grid(), 7, '/'))
-    assert str(errors[-1]).startswith('the floorplan was refused: its header names no frame_id')
+    assert str(errors[-1]).startswith('the floorplan was refused: its header has no frame_id')
     node.send(grid_to_msg(plan_grid(), 7, 'map'))
     broken = grid_to_msg(plan_grid(), 8, 'map')
     broken.info.resolution = 0.0
     node.send(broken)
     assert 'the floorplan was refused: grid resolution must be' in str(errors[-1])
-    assert str(errors[-1]).endswith('; the one before it stays')
+    assert str(errors[-1]).endswith('; the previous floorplan stays')
     assert len(plans) == 1
 
 

@@ -92,7 +92,7 @@ def test_a_drawing_without_a_scale_is_read_as_every_command_does_and_warned_of(b
     grid, read = grid_from_msg(received[0]), read_plan(path).grid
     np.testing.assert_array_equal(grid.cells, read.cells)
     assert grid.resolution == pytest.approx(read.resolution, rel=1e-6)
-    assert 'nobody states it' in server.log_tail()
+    assert 'will search the scale' in server.log_tail()
     scales = bench.collect(DiagnosticArray, 'floorplan_scale', LATCHED)
     assert bench.wait_for(lambda: bool(scales)), server.log_tail()
     scale, estimate = scale_from_msg(scales[0]), read_plan(path).estimate

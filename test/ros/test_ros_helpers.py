@@ -89,17 +89,17 @@ class TestSilenceLog:
         for age_s in (0.5, 3.5, 4.5, 0.1, 0.2, 9.0):
             log.follow({'/scan': age_s, '/odom': 0.1}, 3.0)
         assert warned == [
-            'nothing on /scan for 4 s: does anybody publish it?',
-            'nothing on /scan for 9 s: does anybody publish it?',
+            'no message on /scan for 4 s: is it published?',
+            'no message on /scan for 9 s: is it published?',
         ]
-        assert told == ['/scan is heard again']
+        assert told == ['/scan is received again']
 
 
 @pytest.mark.parametrize(
     ('name', 'message'),
     [
         ('transform_tolernce', 'unknown; did you mean transform_tolerance?'),
-        ('zzz', 'zzz is unknown; docs/ros.md lists those that exist'),
+        ('zzz', 'zzz is unknown; docs/ros.md lists all parameters'),
     ],
 )
 def test_an_unknown_parameter_is_refused_with_the_nearest_known_one(name, message):

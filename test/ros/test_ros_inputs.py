@@ -161,5 +161,5 @@ def test_a_missing_mount_is_never_guessed_and_has_one_reason(tmp_path, child):
     assert online == {}
     assert len(said) == 1, 'once, where one is dropped in the end: two may wait'
     reason = str(said[0]).partition(';')[0]
-    assert reason.startswith("the place of 'lidar'")
+    assert reason.startswith("the pose of 'lidar'")
     assert reason in str(offline.value)

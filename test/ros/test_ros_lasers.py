@@ -157,7 +157,7 @@ def test_two_scanners_without_a_frame_to_merge_them_in_end_in_one_line(bench):
     assert bench.wait_for(lambda: node.process.poll() is not None, 120.0)
     assert node.process.poll() == 1
     log = node.log.read_text()
-    assert 'base_frame is empty; 2 scanners are merged in that frame' in log
+    assert 'base_frame is empty; set it to merge 2 scanners' in log
     assert 'Traceback' not in log
 
 
@@ -236,7 +236,7 @@ def test_scans_become_poses_on_the_floorplan(bench, drive, odometry):
     else:
         topics, pace = [LASER_TOPIC, ODOMETRY_TOPIC], {}
         localizer = bench.start('localizer', own | lasers, {'kiss/odometry': ODOMETRY_TOPIC})
-    took = lambda: 'took the floorplan' in localizer.log_tail()  # noqa: E731
+    took = lambda: 'received the floorplan' in localizer.log_tail()  # noqa: E731
     assert bench.wait_for(took, 300.0), localizer.log_tail()
     played = {'bag': str(folder / 'bag'), 'topics': topics, 'wait_for_subscriber_s': 60.0, **pace}
     replay = bench.start('replay', played)

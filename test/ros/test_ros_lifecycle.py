@@ -184,7 +184,7 @@ def test_the_cause_of_a_defect_is_told():
     except RuntimeError as error:
         said = described(error)
     assert said.startswith('internal error, please report it: RuntimeError: sensor is gone in ')
-    assert said.endswith('before that: OSError: no such device')
+    assert said.endswith('caused by: OSError: no such device')
 
 
 class _Slow(ManagedNode):

@@ -106,13 +106,13 @@ def test_a_page_follows_a_running_localizer_to_its_end(bench):
         time.sleep(0.1)
     assert viewer.process.returncode == 0, viewer.lines
     assert viewer.events[-1]['kind'] == 'end'
-    assert 'the localizer has gone' in viewer.events[-1]['said']
+    assert 'the localizer has stopped' in viewer.events[-1]['said']
     assert 'Traceback' not in node.log.read_text() + ''.join(viewer.lines)
 
 
 def test_nobody_there_is_said_and_ctrl_c_ends_it(bench):
     viewer = Viewer()
-    assert bench.wait_for(lambda: any('no localizer node is heard' in x for x in viewer.lines), 90)
+    assert bench.wait_for(lambda: any('no localizer node found' in x for x in viewer.lines), 90)
     viewer.process.send_signal(2)
     assert viewer.process.wait(timeout=60) == 130
     assert 'Traceback' not in ''.join(viewer.lines)

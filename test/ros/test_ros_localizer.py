@@ -179,7 +179,7 @@ def test_scans_without_odometry_are_dropped_and_named_and_late_odometry_is_welco
         robot.send_frame(index)
         bench.wait_for(lambda: False, 0.02)
     assert bench.wait_for(lambda: last('dropped_scans') == 7), node.log_tail()
-    assert 'no odometry has come for scans' in node.log.read_text()
+    assert 'no odometry received for scans' in node.log.read_text()
     assert bench.wait_for(lambda: 'no odometry for' in reports()[-1].warning), reports()[-1]
     assert any('scans are dropped' in report.warning for report in reports())
     assert last('scans') == 0
@@ -199,7 +199,7 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     floorplans = bench.node.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
     floorplans.publish(grid_to_msg(_two_rooms(), START_NS, 'drawing'))
     robot = _Robot(bench)
-    took = lambda: 'took the floorplan' in node.log.read_text()  # noqa: E731
+    took = lambda: 'received the floorplan' in node.log.read_text()  # noqa: E731
     ready = lambda: took() and robot.is_heard() and bool(statuses)  # noqa: E731
     assert bench.wait_for(ready, 180.0), node.log_tail()
 
@@ -242,7 +242,7 @@ def test_a_simulated_clock_that_nobody_publishes_is_named(bench):
     assert bench.wait_for(found, 60.0), node.log_tail()
     log = node.log.read_text()
     assert 'next: set use_sim_time: false on a robot' in log
-    assert 'nothing on /clock for' in log
+    assert 'no message on /clock for' in log
 
 
 def test_bad_weights_and_parameters_end_the_node_with_one_line(bench, tmp_path):

@@ -51,7 +51,7 @@ def robot(shared_bench, tmp_path_factory):
     robot = Robot(shared_bench, tmp_path_factory.mktemp('state') / 'state.npz')
     assert shared_bench.wait_for(robot.is_heard, 300.0), robot.child.log_tail()
     robot.show(plan_grid(), 'drawing')
-    assert robot.logs('took the floorplan'), robot.child.log_tail()
+    assert robot.logs('received the floorplan'), robot.child.log_tail()
     return robot
 
 
@@ -174,10 +174,8 @@ def test_an_initial_pose_in_an_unknown_frame_is_rejected(robot):
         here = robot.truth(robot.now_ns)
         msg = uncertain_pose_to_msg(here, 0.1 * np.eye(3), robot.now_ns, frame_id)
         robot.initial_pose.publish(msg)
-    assert robot.logs(
-        "initialpose was rejected: it is in frame 'odom', expected 'map' or 'drawing'"
-    )
-    assert robot.logs('took the initial pose')
+    assert robot.logs("initialpose was rejected: its frame is 'odom', expected 'map' or 'drawing'")
+    assert robot.logs('received the initial pose')
 
 
 @pytest.mark.parametrize(
@@ -231,7 +229,7 @@ def test_thresholds_change_with_the_next_tick(robot):
     assert robot.set('localizer.min_explored_m2', 1e6).successful
     withheld = lambda: robot.status is Status.WAITING  # noqa: E731
     assert robot.step_until(withheld), robot.statuses[-1:]
-    assert 'of 1000000 m² of floor seen so far' in robot.statuses[-1].message
+    assert 'of 1000000 m² of floor observed so far' in robot.statuses[-1].message
     assert robot.set('localizer.min_explored_m2', 12.0).successful
     robot.localize()
 
@@ -288,7 +286,7 @@ def test_the_action_looks_anew_and_says_how_it_goes(robot):
     assert robot.step_until(goal.is_done), goal.feedback[-1:]
     assert goal.status == GoalStatus.STATUS_SUCCEEDED
     first = goal.feedback[0]
-    assert (first.status, first.reason) == ('waiting', 'not looked at yet')
+    assert (first.status, first.reason) == ('waiting', 'waiting for the first update')
     assert first.next
     assert len({msg.reason for msg in goal.feedback}) > 1
     pose = uncertain_pose_from_msg(goal.result.pose).pose
@@ -302,7 +300,7 @@ def test_the_action_can_be_cancelled_and_ends_in_time(robot):
     assert robot.bench.wait_for(goals[1].is_done, PATIENCE_S)
     assert goals[1].status == GoalStatus.STATUS_ABORTED
     assert goals[1].result.error_code == goals[1].codes.TIMEOUT
-    assert 'not found in time: waiting' in goals[1].result.error_msg
+    assert 'not localized in time: waiting' in goals[1].result.error_msg
     assert not goals[0].is_done(), 'each has a time of its own'
     goals[0].handle.cancel_goal_async()
     assert robot.bench.wait_for(goals[0].is_done, PATIENCE_S)
@@ -313,27 +311,27 @@ def test_the_action_can_be_cancelled_and_ends_in_time(robot):
 @pytest.mark.parametrize('name', [f'{NODE}/set_initial_pose', f'{NAMESPACE}/set_initial_pose'])
 def test_a_service_takes_an_initial_pose_as_amcl_s_does(robot, name):
     kind = pytest.importorskip('nav2_msgs.srv').SetInitialPose
-    took = robot.child.log.read_text().count('took the initial pose')
+    took = robot.child.log.read_text().count('received the initial pose')
     here = robot.truth(robot.now_ns)
     msg = uncertain_pose_to_msg(here, 0.1 * np.eye(3), robot.now_ns, 'drawing')
     assert robot.bench.call(kind, name, kind.Request(pose=msg)) is not None
-    count = lambda: robot.child.log.read_text().count('took the initial pose')  # noqa: E731
+    count = lambda: robot.child.log.read_text().count('received the initial pose')  # noqa: E731
     assert robot.bench.wait_for(lambda: count() == took + 1, PATIENCE_S)
     msg.header.frame_id = 'odom'
     robot.bench.call(kind, name, kind.Request(pose=msg))
-    assert robot.logs("set_initial_pose was rejected: it is in frame 'odom'")
+    assert robot.logs("set_initial_pose was rejected: its frame is 'odom'")
 
 
 def test_a_floorplan_is_replaced_at_run_time(robot):
     moved = SE2.from_xy_yaw(100.0, 0.0, 0.0)
     grid = plan_grid()
     robot.show(GridMap(grid.cells, grid.resolution, moved @ grid.T_frame_grid), 'moved')
-    assert robot.logs('took the floorplan in frame moved')
+    assert robot.logs('received the floorplan in frame moved')
     robot.localize()
     assert robot.step_until(lambda: robot.poses[-1].header.frame_id == 'moved')
     robot.show(grid, 'drawing')
     assert robot.step_until(
-        lambda: robot.child.log.read_text().count('took the floorplan in frame drawing') > 1
+        lambda: robot.child.log.read_text().count('received the floorplan in frame drawing') > 1
     )
 
 
@@ -419,7 +417,7 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
     assert len({msg.instance_id for msg in beats}) == 1
     robot.tfs.clear()
     assert robot.step_until(lambda: bool(told)), robot.child.log_tail()
-    assert robot.child.log.read_text().count('took the initial pose') == 1
+    assert robot.child.log.read_text().count('received the initial pose') == 1
     robot.step_until(lambda: len(robot.twins) > 20)
     assert len(told) == 1, 'one that kept coming would scatter the particles'
     assert robot.bench.call(Trigger, f'{NODE}/relocalize').success

@@ -126,7 +126,7 @@ def test_the_gyroscope_of_an_imu_is_believed_once_walls_agree(bench):
         points = _sweep(rng, 0.0) @ SE2.from_xy_yaw(0.0, 0.0, yaw).as_matrix4()[:3, :3]
         publisher.publish(cloud_to_msg(points, START_NS + index * PERIOD_NS, 'lidar'))
         assert bench.wait_for(lambda n=index: len(readings) > n, 60.0), node.log_tail()
-    assert 'the turns of the gyroscope fit the scans' in node.log.read_text(), node.log_tail()
+    assert 'the rotation of the gyroscope fits the scans' in node.log.read_text(), node.log_tail()
     T = odometry_from_msg(readings[-1]).T_parent_child
     first_yaw = np.arctan2(*odometry_from_msg(readings[0]).T_parent_child[[1, 0], 0])
     turned = np.arctan2(T[1, 0], T[0, 0]) - first_yaw
@@ -154,7 +154,7 @@ def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
     assert bench.wait_for(lambda: publisher.get_subscription_count() > 0, 120.0), node.log_tail()
     rng = np.random.default_rng(8)
     publisher.publish(cloud_to_msg(_sweep(rng, 0.0), START_NS, 'lidar'))
-    unknown = "the place of 'lidar' on 'base_link' is unknown"
+    unknown = "the pose of 'lidar' in 'base_link' is unknown"
     assert bench.wait_for(lambda: unknown in node.log_tail(), 60.0), node.log_tail()
     # The lidar looks backwards: where it goes ahead, the base goes back.
     T_base_lidar = SE2.from_xy_yaw(0.2, 0.0, np.pi).as_matrix4(0.5)
@@ -163,7 +163,7 @@ def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
     broken.transform.translation.x = np.nan
     told = lambda: [s.message for msg in diagnostics for s in msg.status]  # noqa: E731
     assert bench.wait_for(lambda: any(unknown in text for text in told()), 60.0), told()
-    assert not any('more come than can be registered' in text for text in told())
+    assert not any('arrive faster than they can be registered' in text for text in told())
     assert bench.wait_for(lambda: static.get_subscription_count() > 0, 60.0)
     static.publish(tf2_msgs.TFMessage(transforms=[broken, mounted]))
     for index in range(1, 8):
@@ -332,7 +332,7 @@ def test_a_misspelt_parameter_ends_the_node_and_those_of_other_nodes_do_not(benc
     log = bad.log.read_text()
     assert 'odometry.voxel_sise is unknown; did you mean odometry.voxel_size?' in log
     assert 'Traceback' not in log
-    missing = 'nothing on /pointcloud_topic for'
+    missing = 'no message on /pointcloud_topic for'
     assert bench.wait_for(lambda: missing in other.log.read_text(), 120.0), other.log_tail()
     assert other.process.poll() is None
 

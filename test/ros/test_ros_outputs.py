@@ -176,15 +176,15 @@ def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     inputs.unlocated = 1
     report = health.report(output, 3.0)
     assert (report.warning, report.values['dropped_scans']) == (silence, 3.0)
-    slow = 'scans are dropped: more come than can be added'
-    unlocated = 'scans are dropped: their poses do not come, see the log'
+    slow = 'scans are dropped: they arrive faster than they can be added'
+    unlocated = 'scans are dropped: their poses do not arrive, see the log'
     assert health.news(output, 3.0).warning == f'{slow}, {unlocated}, {silence}'
     assert health.news(output, 3.0).warning == silence
     assert health.news(output, 5.0).warning == ''
     inputs.lost, scans.refused, scans.dropped = 1, 4, 9
     news = health.news(output, 5.0)
-    assert 'lost on the way here' in news.warning
-    assert 'cannot be used' in news.warning
+    assert 'lost in transport' in news.warning
+    assert 'scans are refused' in news.warning
     assert news.values['refused_scans'] == 4.0
     assert [line.partition(';')[0] for line in logged] == [slow, LOST], 'once, with a remedy'
 
@@ -201,10 +201,10 @@ def test_what_keeps_scans_from_coming_is_named_at_any_speed_of_the_clock(monkeyp
     assert health.has_turned(5 * SECOND_NS, 1.0)
     output = LocalizerOutput(0, Status.SEARCHING)
     assert health.report(output, 3.0).reason.endswith('see the log')
-    inputs.waits_for = "the place of 'lidar' on 'base_link' is unknown"
+    inputs.waits_for = "the pose of 'lidar' in 'base_link' is unknown"
     assert health.report(output, 3.0).reason.endswith(inputs.waits_for)
     silence_s['/scan'] = 0.29
-    assert health.report(output, 3.0).reason.endswith('nothing on /scan for 0.3 s')
+    assert health.report(output, 3.0).reason.endswith('no message on /scan for 0.3 s')
 
 
 def test_odometry_that_never_came_is_the_reason_for_waiting(monkeypatch):
@@ -220,8 +220,8 @@ def test_odometry_that_never_came_is_the_reason_for_waiting(monkeypatch):
     for at_s in (101.0, 102.0, 103.0, 104.0):
         silence_s['/kiss/odometry'] = at_s - 100.0
         report = health.report(output, 3.0)
-    why = 'nothing on /kiss/odometry for 4.0 s'
-    assert report.reason == f'no scan with a pose has come yet: {why}'
+    why = 'no message on /kiss/odometry for 4.0 s'
+    assert report.reason == f'no scan with a pose has arrived yet: {why}'
     assert (report.status, report.is_trouble) == (Status.WAITING, True)
     assert health.report(LocalizerOutput(0, Status.NO_PLAN), 3.0).status is Status.NO_PLAN
 

@@ -106,7 +106,7 @@ def test_what_a_dump_was_edited_to_say_is_set_or_refused_with_its_reason(node, t
     values['max_pending_scans'] = 7
     refused = loaded(node, values, tmp_path / 'dump.yaml')
     assert set(refused) == {'base_frame', 'max_pending_scans'}
-    assert 'is read when the node starts: start it again' in refused['base_frame']
+    assert 'is read when the node starts: restart it' in refused['base_frame']
     assert node.get_parameter('transform_tolerance').value == 0.25
     assert node.get_parameter('tf_rate_hz').value == 5.0
 

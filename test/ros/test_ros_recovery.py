@@ -90,7 +90,7 @@ class Robot:
         assert self.bench.wait_for(self._is_heard), self.tail()
         if not self.diagnostics:
             self.show()
-        assert self.bench.wait_for(lambda: self.says('took the floorplan')), self.tail()
+        assert self.bench.wait_for(lambda: self.says('received the floorplan')), self.tail()
 
     def restart_odometry(self) -> None:
         node = self.bench.node
@@ -175,7 +175,7 @@ def test_killed_while_it_saves_it_leaves_a_state_and_goes_on_with_that(robot, st
     robot.send_until(lambda: False, 1.0)
     assert robot.end(signal.SIGKILL) == -signal.SIGKILL
     assert not robot.says('odometry was restarted'), robot.tail()
-    assert not robot.says('cannot be told'), robot.tail()
+    assert not robot.says('it is unknown whether'), robot.tail()
     assert read_state(state).stamp_ns > START_NS
 
 
@@ -185,9 +185,11 @@ def test_a_restarted_odometry_and_the_saved_submap_never_mix(robot, state):
     robot.start('mixed', {'state_file': str(state)})
     assert robot.says('restored the state') == 1
     robot.send()
-    assert robot.bench.wait_soon(lambda: robot.says('starting anew'), SOON_S), robot.tail()
+    assert robot.bench.wait_soon(lambda: robot.says('starting a new submap'), SOON_S), robot.tail()
     assert robot.says('odometry was restarted since the state was saved') == 1
-    assert robot.send_until(lambda: robot.says('odometry was restarted; starting anew') == 1)
+    assert robot.send_until(
+        lambda: robot.says('odometry was restarted; starting a new submap') == 1
+    )
     assert robot.send_until(lambda: robot.explored_m2() > 20.0), robot.tail()
     assert robot.end(signal.SIGINT) == 0
     after = read_state(state)
@@ -256,8 +258,8 @@ def running(robot):
 def test_bad_initial_poses_are_told_once_each_and_change_nothing(running):
     here, good = SE2.from_xy_yaw(6.0, 3.0, 0.0), 0.1 * np.eye(3)
     bad = {
-        "it is in frame 'odom'": uncertain_pose_to_msg(here, good, START_NS, 'odom'),
-        'm off the floorplan': uncertain_pose_to_msg(
+        "its frame is 'odom'": uncertain_pose_to_msg(here, good, START_NS, 'odom'),
+        'm outside the floorplan': uncertain_pose_to_msg(
             SE2.from_xy_yaw(500.0, 0.0, 0.0), good, START_NS, 'drawing'
         ),
         'covariance of a pose holds NaN': uncertain_pose_to_msg(here, good, START_NS, 'drawing'),
@@ -273,10 +275,10 @@ def test_bad_initial_poses_are_told_once_each_and_change_nothing(running):
     updates = len(running.statuses)
     assert running.send_until(lambda: len(running.statuses) > updates + 3)
     assert all(running.says(text) == 1 for text in bad)
-    assert not running.says('took the initial pose')
+    assert not running.says('received the initial pose')
 
 
-LIDAR, ODOMETRY = 'nothing on /kiss/frame', 'nothing on /kiss/odometry'
+LIDAR, ODOMETRY = 'no message on /kiss/frame', 'no message on /kiss/odometry'
 
 
 @pytest.mark.parametrize(
@@ -284,15 +286,15 @@ LIDAR, ODOMETRY = 'nothing on /kiss/frame', 'nothing on /kiss/odometry'
     [
         ({'frame_id': ''}, LIDAR),
         ({'child': ''}, ODOMETRY),
-        ({'frame_id': '', 'child': ''}, 'nothing on /kiss/'),
-        ({'frame_id': 'camera'}, "the place of 'camera' on"),
+        ({'frame_id': '', 'child': ''}, 'no message on /kiss/'),
+        ({'frame_id': 'camera'}, "the pose of 'camera' in"),
     ],
     ids=['lidar dead', 'odometry dead', 'both dead', 'wrong frame'],
 )
 def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, reason):
     """A claim would be as old as the last scan: it ends ``scan_timeout_s`` after that."""
     assert running.send_until(lambda: running.report.status is not Status.WAITING), running.tail()
-    told, watch = running.says('no scan with a pose comes any more'), Stopwatch()
+    told, watch = running.says('no scan with a pose arrives any more'), Stopwatch()
     waiting = lambda: running.report.status is Status.WAITING  # noqa: E731
     while not waiting() and watch.elapsed_s < 10.0:
         running.send(**sent)
@@ -304,9 +306,9 @@ def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, rea
         running.send(**sent)
         running.bench.wait_for(lambda: False, 0.05)
     assert waiting()
-    assert running.says('no scan with a pose comes any more') == told + 1, running.tail()
+    assert running.says('no scan with a pose arrives any more') == told + 1, running.tail()
     if sent.get('frame_id') == 'camera':
-        assert running.says("the place of 'camera' on 'lidar' is unknown") == 2, running.tail()
+        assert running.says("the pose of 'camera' in 'lidar' is unknown") == 2, running.tail()
         assert running.says('joins them; the scan was dropped') == 1, running.tail()
 
 

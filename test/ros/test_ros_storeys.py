@@ -88,7 +88,7 @@ def test_it_says_on_which_storey_it_is_and_hears_of_the_level(bench, tmp_path):
     hints.publish(String(data='cellar'))
     assert bench.wait_for(lambda: 'storey_hint was rejected' in node.log.read_text())
     hints.publish(String(data='high'))
-    assert bench.wait_for(lambda: 'took the word' in node.log.read_text()), node.log_tail()
+    assert bench.wait_for(lambda: 'received the hint' in node.log.read_text()), node.log_tail()
     heights.publish(Float64(data=float('nan')))
     assert bench.wait_for(lambda: 'elevation_hint was rejected' in node.log.read_text())
     heights.publish(Float64(data=3.0))

@@ -77,7 +77,7 @@ class Robot:
 
     def is_ready(self) -> bool:
         return (
-            'took the floorplan' in self.child.log.read_text()
+            'received the floorplan' in self.child.log.read_text()
             and self._clouds.get_subscription_count() > 0
         )
 
@@ -231,9 +231,9 @@ def test_transform_and_claim_end_with_the_scans_and_come_back(fleet):
     robot.tfs.clear()
     assert not fleet.bench.wait_for(lambda: bool(robot.broadcasts()), 2.0)
     report = report_from_msg(robot.statuses[-1])
-    assert 'nothing on /beta/' in report.reason
+    assert 'no message on /beta/' in report.reason
     assert report.warning
     log = robot.child.log.read_text()
-    assert log.count('no scan with a pose comes any more') == 1
+    assert log.count('no scan with a pose arrives any more') == 1
     found = lambda: robot.status is Status.LOCALIZED and bool(robot.broadcasts())  # noqa: E731
     assert fleet.step_until(found), robot.child.log_tail()

@@ -26,6 +26,12 @@ def test_a_lidar_alone_is_its_own_odometry():
     assert named['localizer'].parameters == {'base_frame': 'base_link'}
 
 
+def test_a_site_needs_no_floorplan_server():
+    found = {spec.executable: spec for spec in wired({'site': 'site.yaml'})}
+    assert set(found) == {'odometry', 'localizer'}
+    assert found['localizer'].parameters == {'site': 'site.yaml'}
+
+
 def test_an_imu_is_for_our_odometry():
     odometry = nodes(imu='/imu/data')['odometry']
     assert odometry.parameters == {'use_imu': True}
@@ -104,14 +110,15 @@ def test_a_map_of_somebody_else_s_needs_no_server():
 @pytest.mark.parametrize(
     ('given', 'message'),
     [
-        ({}, 'either floorplan:=FILE or map:=TOPIC'),
-        ({'floorplan': 'a', 'map': '/map'}, 'either floorplan:=FILE or map:=TOPIC'),
+        ({}, 'site:=FILE; none is set'),
+        ({'floorplan': 'a', 'map': '/map'}, 'floorplan and map is set'),
+        ({'floorplan': 'a', 'site': 'b'}, 'floorplan and site is set'),
         ({'floorplan': 'a', 'odometry': 'false'}, 'choose kiss, robot or both'),
-        ({'floorplan': 'a', 'odometry': 'robot', 'publish_odom_tf': 'true'}, 'needs odometry of'),
+        ({'floorplan': 'a', 'odometry': 'robot', 'publish_odom_tf': 'true'}, 'needs our odometry'),
         ({'floorplan': 'a', 'odometry': 'both', 'publish_odom_tf': 'true'}, 'second parent'),
         ({'floorplan': 'a', 'odom_topic': '/odom'}, 'odometry:=robot or odometry:=both'),
-        ({'floorplan': 'a', 'odometry': 'robot', 'imu': '/imu'}, 'odometry of ours only'),
-        ({'floorplan': 'a', 'storey': 'two'}, 'storey:=two is no int'),
+        ({'floorplan': 'a', 'odometry': 'robot', 'imu': '/imu'}, 'our odometry only'),
+        ({'floorplan': 'a', 'storey': 'two'}, 'storey:=two is not of type int'),
         ({'floorplan': 'a', 'autostart': 'yes'}, 'neither true nor false'),
     ],
 )

@@ -90,7 +90,7 @@ def test_pictures_are_drawn_on_what_matplotlib_draws_on(tmp_path):
     write_map(plan_grid(), tmp_path / 'plan.yaml')
     plan = fpnet.read_plan(tmp_path / 'plan.yaml')
     for value in (plan, fpnet.segment(plan)):
-        with pytest.raises(fpnet.FpnetError, match=r"axes of matplotlib to draw on, got 'x\.png'"):
+        with pytest.raises(fpnet.FpnetError, match=r"matplotlib axes to draw on, got 'x\.png'"):
             value.plot('x.png')
 
 

@@ -46,7 +46,7 @@ def test_the_reference_page_is_the_rendered_one():
 
 def test_the_reference_has_unit_range_and_default():
     page = render_markdown()
-    assert '| `submap.resolution_m` | float | m | >= 0.02, <= 0.2 | `0.05` | Cell edge' in page
+    assert '| `submap.resolution_m` | float | m | >= 0.02, <= 0.2 | `0.05` | Cell size' in page
     assert '| `localizer.drift_deg_per_m` | float | deg/m |' in page
     assert page.count('\n| `') == len(list(config_fields()))
 
@@ -113,5 +113,5 @@ def test_there_are_few_keys_and_the_page_opens_with_the_five_to_touch():
     keys = [field.key for field in config_fields()]
     assert len(keys) < 40
     opening = render_markdown().split('## ')[1]
-    assert opening.startswith('The five to touch')
+    assert opening.startswith('Set these first')
     assert sum(f'| `{key}` |' in opening for key in keys) == 5

@@ -3,6 +3,7 @@
 """Pages that list what the repository holds list all of it."""
 
 from importlib.metadata import PackageNotFoundError, metadata
+from importlib.util import module_from_spec, spec_from_file_location
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -139,3 +140,24 @@ def test_the_overview_links_every_page():
     overview = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
     names = {path.name for path in (ROOT / 'docs').glob('*.md')} - {'index.md'}
     assert {name for name in names if f']({name}' not in overview} == set()
+
+
+ELSEWHERE = {'architecture.svg', 'reliability.png', 'growth.png'}
+"""Drawn by hand, or a benchmark's of an hour; tour_*.png are the notebook's."""
+
+
+def test_every_picture_has_the_commands_that_make_it_and_a_page_that_shows_it():
+    pictures = {path.name for path in (ROOT / 'docs' / 'images').iterdir()}
+    made = {name for name in pictures - ELSEWHERE if not name.startswith('tour_')}
+    spec = spec_from_file_location('pictures', ROOT / 'tools' / 'pictures.py')
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    recipes = module.recipes()
+    assert set(recipes) == made
+    assert {name for name, commands in recipes.items() if 'fpnet' not in commands} <= {
+        'segmentation.png',
+        'submaps.png',
+    }
+    pages = [ROOT / 'README.md', *(ROOT / 'docs').glob('*.md'), *(ROOT / 'notes').glob('*.md')]
+    shown = '\n'.join(p.read_text(encoding='utf-8') for p in pages if p.name != 'images.md')
+    assert {name for name in pictures if f'images/{name})' not in shown} == set()

@@ -65,9 +65,9 @@ def test_a_loop_of_frames_ends(robot):
 
 def test_a_mount_is_fixed_or_said_to_be_missing(robot):
     np.testing.assert_array_equal(robot.mount('base', '/lidar'), T(0.3, 0.0, np.pi / 2))
-    with pytest.raises(OdometryError, match=r"place of 'camera' on 'base' is unknown: no transf"):
+    with pytest.raises(OdometryError, match=r"pose of 'camera' in 'base' is unknown: no transf"):
         robot.mount('base', 'camera')
-    with pytest.raises(OdometryError, match='names no child_frame_id'):
+    with pytest.raises(OdometryError, match='has no child_frame_id'):
         robot.mount('', 'lidar')
     # What moves is no mount, even where it is known at some time.
     with pytest.raises(OdometryError, match=r'unknown at 0 ns: no pose before and after'):

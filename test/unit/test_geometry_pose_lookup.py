@@ -84,12 +84,12 @@ def test_a_motion_is_that_between_two_times(robot):
 
 def test_what_is_missing_is_named():
     where = PoseLookup(odom_frame='odom', base_frame='base_link')
-    assert 'no odometry has come' in where.reason('lidar', S)
+    assert 'no odometry received' in where.reason('lidar', S)
     where.add_pose('odom_lidar', 'base_link', T(0.0, 0.0), S)
     assert where.sensor_pose('lidar', S) is None
-    assert "the place of 'lidar' on 'base_link' is unknown" in where.reason('lidar', S)
+    assert "the pose of 'lidar' in 'base_link' is unknown" in where.reason('lidar', S)
     where.tree.add_fixed('base_link', 'lidar', T_BASE_LIDAR)
-    assert 'no pose of the odometry before and after' in where.reason('lidar', 2 * S)
+    assert 'the odometry has no pose before and after' in where.reason('lidar', 2 * S)
     assert where.sensor_pose('lidar', S) is None
     assert 'leave odom_frame empty' in where.reason('lidar', S)
     where.tree.add('odom', 'base_link', T(0.0, 0.0), S - 1)
@@ -105,7 +105,7 @@ def test_a_sensor_without_a_place_is_named_where_odometry_is_in_tf():
     where.tree.add('odom', 'base_link', T(0.0, 0.0), S)
     assert where.sensor_pose('lidar', S) is None
     reason = where.reason('lidar', S)
-    assert reason.startswith("the place of 'lidar' on 'base_link' is unknown")
+    assert reason.startswith("the pose of 'lidar' in 'base_link' is unknown")
     assert '/tf_static' in reason
 
 

@@ -78,7 +78,7 @@ def test_files_that_are_damaged_or_of_other_columns_are_refused(tmp_path):
     with pytest.raises(FpnetError, match=r'one\.npz.*other columns.*another folder'):
         read_kept(tmp_path / 'one.npz', Square, ['y', 'x'])
     (tmp_path / 'one.npz').write_bytes(b'PK')
-    with pytest.raises(FpnetError, match=r'one\.npz cannot be gone on with'):
+    with pytest.raises(FpnetError, match=r'one\.npz cannot be resumed from'):
         sides(tmp_path, columns=['x', 'y'])
 
 

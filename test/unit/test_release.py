@@ -38,7 +38,7 @@ def test_a_release_states_its_version_and_day_everywhere(checkout):
     text = (checkout / release.CHANGELOG).read_text()
     assert '## 0.4.0 (2026-12-24)' in text
     assert '## 0.3.1 (2026-01-02)' in text
-    with pytest.raises(release.ReleaseError, match='nothing unreleased'):
+    with pytest.raises(release.ReleaseError, match='no unreleased section'):
         release.check(checkout, '0.5.0')
 
 

@@ -4,10 +4,10 @@
 #
 #   tools/interfaces/build.sh [VENV] [FOLDER ...]
 #
-# Generate the interfaces that no wheel has into the virtual environment VENV (default .venv): our
-# own fpnet_msgs, and of tf2_msgs, bond and nav2_msgs what the nodes use. The results talk to every
-# other Jazzy node: names, fields and type hashes are those of the released packages.
-# Needs a C++ compiler; requirements-interfaces.txt brings the generators and CMake.
+# Generate the interfaces without wheels into the virtual environment VENV (default .venv): our own
+# fpnet_msgs, and the parts of tf2_msgs, bond and nav2_msgs that the nodes use. They are compatible
+# with all other Jazzy nodes: names, fields and type hashes equal those of the released packages.
+# Needs a C++ compiler; requirements-interfaces.txt provides the generators and CMake.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -18,7 +18,7 @@ readonly VENV FOLDERS
 export PATH=$VENV/bin:$PATH AMENT_PREFIX_PATH=$VENV CMAKE_PREFIX_PATH=$VENV
 unset PYTHONPATH
 
-# The wheels name the include folders of the interpreter that they were built with.
+# The wheels refer to the include folders of the interpreter that they were built with.
 python - "$VENV" <<'PATHS'
 from pathlib import Path
 import re
@@ -41,7 +41,7 @@ for path in Path(sys.argv[1], 'share').glob('*/cmake/*.cmake'):
         path.write_text(new, encoding='utf-8')
 PATHS
 
-# Importing rclpy re-executes Python with the wheels' libraries on this path; so do its children.
+# Importing rclpy re-executes Python with the wheels' libraries on this path; child processes too.
 LD_LIBRARY_PATH=$(python -c 'import os, rclpy; print(os.environ["LD_LIBRARY_PATH"])')
 export LD_LIBRARY_PATH
 

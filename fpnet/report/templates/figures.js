@@ -25,7 +25,7 @@ function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// Axes and their texts follow the page; what lies on a floorplan keeps the paper's colours.
+// Axes and their texts follow the theme of the page; maps keep the colours of paper.
 function themed(layout) {
   const ink = colour('--ink');
   const change = {
@@ -52,14 +52,14 @@ function applyTheme() {
   }
 }
 
-// A finger that scrolls the page must not move a chart; buttons of the chart zoom it.
+// Scrolling on a touch screen must not pan a chart; its buttons zoom.
 async function draw(name) {
   const {data: traces, layout} = figures[name];
   if (isNarrow.matches) {
     layout.dragmode = false;
     layout.margin = {...layout.margin, l: 44, r: 6};
     if (layout.legend) layout.legend.y *= 2;
-    // In two columns: a dozen names one below another leave no room for the floorplan.
+    // Two columns: a dozen entries in one column leave no room for the floorplan.
     if (layout.legend && layout.meta === 'map') {
       Object.assign(layout.legend, {
         entrywidth: 0.5, entrywidthmode: 'fraction', font: {size: 10},
@@ -92,7 +92,7 @@ async function drawAll(names) {
   window.addEventListener('afterprint', () => printed(false));
 }
 
-// On paper in light colours, and as wide as a page at the width of its text.
+// Print in light colours, at the width of a page.
 function printed(isPrint) {
   document.documentElement.classList.toggle('print', isPrint);
   applyTheme();

@@ -28,7 +28,7 @@ function update(name, columns) {
   return Plotly.restyle(name, change, keys.map((key) => traceIndex(name, key)));
 }
 
-// The robot's mark is an arrow where it is known which way it looks; plotly turns it clockwise.
+// The robot is an arrow if its heading is known; plotly rotates markers clockwise.
 function turnRobot(name, heading) {
   const change = heading === null ? {'marker.symbol': 'circle-open', 'marker.angle': 0} :
     {'marker.symbol': 'arrow', 'marker.angle': 90 - degrees(heading)};
@@ -69,7 +69,7 @@ function showPlan(moment) {
   const columns = {matches: matchLines(moment), published: publishedUntil(moment.time_s),
     door_names: doorNames(moment, 'plan')};
   const best = moment.placements[0];
-  // Rivals of a claim would cover it; the table has them.
+  // Runners-up would cover an accepted placement; the table lists them.
   const shown = best && best.is_claimed ? [best] : moment.placements;
   data.placement_colours.forEach((_, rank) => {
     const placement = shown[rank];
@@ -80,10 +80,10 @@ function showPlan(moment) {
   update('plan', columns);
   const heading = best && moment.heading !== null ? moment.heading + yawOf(best.A_plan_submap) : null;
   turnRobot('plan', heading);
-  let said = 'Floorplan; no place is likely yet';
+  let said = 'Floorplan; no placement yet';
   if (columns.robot[0].length) {
-    const yaw = heading === null ? '' : `, looking to ${degrees(heading).toFixed(0)} degrees`;
-    said = `Floorplan; the likeliest place of the robot is x ${columns.robot[0][0].toFixed(1)}, ` +
+    const yaw = heading === null ? '' : `, heading ${degrees(heading).toFixed(0)} degrees`;
+    said = `Floorplan; the most likely position of the robot is x ${columns.robot[0][0].toFixed(1)}, ` +
       `y ${columns.robot[1][0].toFixed(1)} metres${yaw}; ${shown.length} placements shown`;
   }
   document.getElementById('plan').setAttribute('aria-label', said);
@@ -120,7 +120,7 @@ function row(cells) {
   return element;
 }
 
-// A sign beside its colour: both are those of the walls on the floorplan.
+// The symbol and colour of the placement's walls on the floorplan.
 function marked(text, rank) {
   const mark = document.createElement('span');
   mark.className = 'mark';
@@ -145,7 +145,7 @@ function showTables(moment) {
   const placements = moment.placements.map((p, rank) => {
     const A = p.A_plan_submap;
     const scale = Math.sqrt(Math.abs(A[0][0] * A[1][1] - A[0][1] * A[1][0]));
-    const name = rank ? 'rival ' + rank : p.is_claimed ? 'best, claimed' : 'best';
+    const name = rank ? 'runner-up ' + rank : p.is_claimed ? 'best, accepted' : 'best';
     const values = [p.score.toFixed(3), A[0][2].toFixed(2), A[1][2].toFixed(2),
       degrees(yawOf(A)).toFixed(1), scale.toFixed(3), p.sigma_m === null ? '' : p.sigma_m.toFixed(3)];
     return row([marked(name, rank), ...values]);
@@ -157,8 +157,8 @@ function showTables(moment) {
   const total = moment.timings_ms.total;
   const facts = [`${moment.rooms} rooms and ${moment.doors} doors in ` +
     `${moment.explored_m2.toFixed(0)} m² of submap`, `${moment.matches.length} matches`];
-  if (moment.error_m !== null) facts.push(`best placement off by ${moment.error_m} m`);
-  if (total !== undefined) facts.push(`tick took ${total.toFixed(0)} ms`);
+  if (moment.error_m !== null) facts.push(`error of the best placement ${moment.error_m} m`);
+  if (total !== undefined) facts.push(`update took ${total.toFixed(0)} ms`);
   document.getElementById('facts').textContent = facts.join('; ');
 }
 
@@ -220,7 +220,7 @@ function onTimeline(event) {
   show(nearest(event.points[0].x));
 }
 
-// A page of a live run is told what there is when it opens, then one tick after the other.
+// A live page receives the run so far when it opens, then one event per update.
 function isFollowing() {
   return Number(slider.value) >= data.moments.length - 1 && timer === null;
 }

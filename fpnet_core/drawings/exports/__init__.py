@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floorplan models as files of other programs."""
+"""Export of floorplan models to formats of other programs."""

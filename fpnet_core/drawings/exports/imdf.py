@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A floorplan model as GeoJSON, or as an IMDF archive; at longitude 0, latitude 0."""
+"""Export of a floorplan model as GeoJSON or IMDF archive, at longitude 0, latitude 0."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fpnet_core.drawings.geodesy import LocalMetres
 from fpnet_core.drawings.model import DoorKind, FloorplanModel, Rings, ring_area
 from fpnet_core.drawings.types import Array
 
-_HERE = LocalMetres(0.0, 0.0)  # chosen: a plan does not say where on Earth it is
+_HERE = LocalMetres(0.0, 0.0)  # chosen: a plan has no geographic position
 _DIGITS = 10  # numerical: of degrees, a hundredth of a millimetre
 _DOORS = {
     DoorKind.SWING: 'swinging', DoorKind.DOUBLE: 'swinging', DoorKind.SLIDING: 'sliding',
@@ -92,7 +92,7 @@ def features_of(model: FloorplanModel, name: str) -> dict[str, list[Feature]]:
 
 
 class _Features:
-    """Makes features with numbers of their own, the same ones for the same plan."""
+    """Factory of features with ids that are the same for the same plan."""
 
     def __init__(self, name: str) -> None:
         self._name, self._count = name, 0
@@ -100,7 +100,7 @@ class _Features:
     def __call__(
         self, kind: str, geometry: Any, properties: dict[str, Any], number: str = ''
     ) -> Feature:
-        """Return a feature; one without a number gets the next one."""
+        """Return a feature; without ``number`` it gets the next id."""
         self._count += 1
         return {
             'id': number or _id(self._name, f'{kind} {self._count}'), 'type': 'Feature',
@@ -109,7 +109,7 @@ class _Features:
 
 
 def _units(model: FloorplanModel, feature: _Features, level: str) -> list[Feature]:
-    """Return rooms and, as units that are solid, walls."""
+    """Return rooms, and walls as units of category ``structure``."""
     rooms = [
         feature('unit', _area(room.rings), {
             'category': room.category or 'room', 'level_id': level,
@@ -144,7 +144,7 @@ def _line(ends: Array) -> dict[str, Any]:
 
 
 def _area(rings: Rings) -> dict[str, Any]:
-    """Return a polygon: its outside runs counter-clockwise, its holes clockwise."""
+    """Return a polygon with counter-clockwise exterior and clockwise holes."""
     turned = [
         ring if (ring_area(ring) > 0.0) == (number == 0) else ring[::-1]
         for number, ring in enumerate(rings)
@@ -154,7 +154,7 @@ def _area(rings: Rings) -> dict[str, Any]:
 
 
 def _box(points: Array) -> Array:
-    """Return the corners (4, 2) of the box around points, one of a metre around none."""
+    """Return the corners (4, 2) of the bounding box of points; a unit square without points."""
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (0.0, 1.0)
     (left, bottom), (right, top) = np.broadcast_to(low, 2), np.broadcast_to(high, 2)
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]])

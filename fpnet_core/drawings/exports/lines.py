@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A floorplan model as lines: DXF with layers of the AIA, and SVG with named groups."""
+"""Export of a floorplan model as DXF with AIA layers, or SVG with named groups."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LETTER_M = 0.25  # chosen: height of rooms' names
 _MARGIN_M = 1.0  # chosen: around the building on a page
 _MM_PER_M = 10.0  # chosen: an SVG is at 1:100
 _LINE_MM = 0.25  # chosen
-_ARC_STEPS = 12  # numerical: pieces of the arc that a leaf sweeps
+_ARC_STEPS = 12  # numerical: segments of a door's arc
 
 
 def write_dxf(model: FloorplanModel, path: Path) -> None:
@@ -67,7 +67,7 @@ def write_dxf(model: FloorplanModel, path: Path) -> None:
 
 
 def symbol(door: ModelDoor) -> tuple[Array, Array]:
-    """Return a door's open leaf (2, 2) and the arc (A, 2) that it sweeps, as drawings show it."""
+    """Return a door symbol: open leaf (2, 2) and swing arc (A, 2)."""
     hinge = door.hinge or 0
     start, end = door.ends[hinge], door.ends[1 - hinge]
     shut = end - start

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A floorplan model as an Open-RMF building in metres: walls, doors and floors of one level."""
+"""Export of a floorplan model as an Open-RMF building in metres with one level."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fpnet_core.drawings.model import DoorKind, FloorplanModel
 from fpnet_core.drawings.types import Array
 
 WALL_M = 0.2
-"""Thickness that Open-RMF's walls are read with [m]. Chosen."""
+"""Thickness of walls in Open-RMF [m]. Chosen."""
 
 _DIGITS = 4  # numerical: of metres
 _TEXT, _NUMBER = 1, 3  # given: types of parameters
@@ -25,7 +25,7 @@ _DOORS = {
 
 
 def write_rmf(model: FloorplanModel, path: Path, name: str) -> None:
-    """Write a ``*.building.yaml``; walls are lines, as thick as Open-RMF makes them."""
+    """Write a ``*.building.yaml``; walls are lines, to which Open-RMF adds the thickness."""
     vertices = _Vertices()
     walls = [
         [*vertices.ends(line), {'alpha': [_NUMBER, 1.0], 'texture_name': [_TEXT, 'default']}]
@@ -59,14 +59,14 @@ def write_rmf(model: FloorplanModel, path: Path, name: str) -> None:
 
 
 class _Vertices:
-    """The places of a level, each of them once."""
+    """Unique vertices of a level."""
 
     def __init__(self) -> None:
         self.places: list[list[Any]] = []
         self._numbers: dict[tuple[float, float], int] = {}
 
     def number(self, place: Array) -> int:
-        """Return the number of a place (2,)."""
+        """Return the index of a vertex (2,), which is added if new."""
         x, y = (round(float(each), _DIGITS) + 0.0 for each in place)
         if (x, y) not in self._numbers:
             self._numbers[x, y] = len(self.places)
@@ -74,5 +74,5 @@ class _Vertices:
         return self._numbers[x, y]
 
     def ends(self, line: Array) -> list[int]:
-        """Return the numbers of both ends of a line (2, 2)."""
+        """Return the vertex indices of both ends of a line (2, 2)."""
         return [self.number(np.asarray(end)) for end in line]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Walls of a model as solid areas with their doors cut out, for formats that draw walls."""
+"""Wall areas and wall lines of a model with their doors cut out, for exports."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from fpnet_core.drawings.model import FloorplanModel, ModelRoom, Rings
 from fpnet_core.drawings.model_raster import WALL_M, rectangle
 from fpnet_core.drawings.types import Array
 
-_MITRE = 2  # given: shapely's number for corners that stay sharp
-_MARGIN_M = 0.02  # numerical: that doors are cut beyond the faces of their walls
-_LEAST_M2 = 1e-4  # numerical: crumbs of walls
+_MITRE = 2  # given: shapely's code for mitred corners
+_MARGIN_M = 0.02  # numerical: doors are cut this far beyond the faces of walls
+_LEAST_M2 = 1e-4  # numerical: smaller fragments of walls are dropped
 
 
 def solid_walls(model: FloorplanModel) -> list[Rings]:
-    """Return the areas of walls; of rooms alone they are what lies around these."""
+    """Return the areas of walls; without walls, bands around the rooms."""
     walls = unary_union([_polygon(wall.rings) for wall in model.walls])
     if not model.walls:
         rooms = unary_union([_polygon(room.rings) for room in model.rooms])
@@ -31,7 +31,7 @@ def solid_walls(model: FloorplanModel) -> list[Rings]:
 
 
 def wall_lines(model: FloorplanModel, thickness_m: float) -> list[Array]:
-    """Return centre lines (2, 2) of walls so thick around each room, without its doors."""
+    """Return centre lines (2, 2) of walls around each room, with gaps at doors."""
     doors = unary_union([
         Polygon(rectangle(door, 2.0 * thickness_m, 3.0 * thickness_m)) for door in model.doors
     ])  # fmt: skip
@@ -57,12 +57,12 @@ def _pieces(geometry: Any, least_m: float) -> list[Array]:
 
 
 def _polygon(rings: Rings) -> Any:
-    """Return a valid area of rings."""
+    """Return a valid polygon of rings."""
     return Polygon(rings[0], list(rings[1:])).buffer(0.0)
 
 
 def _areas(geometry: Any) -> list[Rings]:
-    """Return the rings of each polygon, crumbs left out."""
+    """Return the rings of each polygon, without small fragments."""
     found: list[Rings] = []
     for part in getattr(geometry, 'geoms', [geometry]):
         if part.geom_type == 'Polygon' and part.area > _LEAST_M2:
@@ -72,6 +72,6 @@ def _areas(geometry: Any) -> list[Rings]:
 
 
 def middle_of(room: ModelRoom) -> Array:
-    """Return a place (2,) well inside of a room, for its name."""
+    """Return a point (2,) well inside of a room, for its name."""
     place = _polygon(room.rings).representative_point()
     return np.array([place.x, place.y])

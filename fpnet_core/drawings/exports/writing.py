@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Write a floorplan model as the format that a file's name says."""
+"""Export of a floorplan model in the format given by the file's suffix."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.errors import ConfigError
 
 SUFFIXES = ('.geojson', '.zip', '.building.yaml', '.dxf', '.svg')
-"""How the names of exported files end: GeoJSON, IMDF, Open-RMF, DXF, SVG."""
+"""Suffixes of exported files: GeoJSON, IMDF, Open-RMF, DXF, SVG."""
 
 
 def export_suffix(path: Path) -> str:
     """
-    Return the one of ``SUFFIXES`` that a name ends in.
+    Return the element of ``SUFFIXES`` that a file name ends with.
 
     Raises
     ------
     ConfigError
-        If it ends in none of them.
+        If it ends with none of them.
     """
     for suffix in SUFFIXES:
         if path.name.lower().endswith(suffix):
@@ -30,12 +30,12 @@ def export_suffix(path: Path) -> str:
 
 def write_model(model: FloorplanModel, path: Path | str, name: str = 'floorplan') -> None:
     """
-    Write rooms, doors, windows and walls of a model to a file, whose folder is made.
+    Write rooms, doors, windows and walls of a model to a file; create its folder.
 
     Raises
     ------
     ConfigError
-        If the file's name ends in none of ``SUFFIXES``, or what writes it is not installed.
+        If the suffix is none of ``SUFFIXES``, or the format's library is not installed.
     """
     path = Path(path)
     suffix = export_suffix(path)

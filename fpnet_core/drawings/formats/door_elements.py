@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doors that a vector drawing shows, by leaf and arc or by layer, as elements of a floorplan."""
+"""Doors of a vector drawing, from door symbols or door layers, as elements of a model."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from fpnet_core.drawings.formats.doors import Doors
 from fpnet_core.drawings.formats.pages import Array, VectorPage
 from fpnet_core.drawings.model import DoorKind, FloorplanModel, ModelDoor
 
-_MEET = 0.15  # of a leaf, that the ends of both leaves of a double door are apart; chosen
-_ALIKE = 1.6  # that one leaf of a double door is longer than the other one at most; chosen
-_MOST = 3_000  # numerical: doors of a drawing
-_FLAT = 1e-12  # numerical: determinant of a file's coordinates that have no area
-_PROBABILITY = 0.95  # chosen: that a leaf with its arc is a door
+_MEET = 0.15  # of a leaf: largest gap between the closed leaves of a double door; chosen
+_ALIKE = 1.6  # largest ratio of the two leaves of a double door; chosen
+_MOST = 3_000  # numerical: largest number of doors in a drawing
+_FLAT = 1e-12  # numerical: determinant below which a file's transform is singular
+_PROBABILITY = 0.95  # chosen: probability that a detected door is one
 
 
 def drawn_model(page: VectorPage, doors: Doors, others: DoorStrokes) -> FloorplanModel | None:
-    """Return the doors of a page in the file's own coordinates; None where it shows none."""
+    """Return the doors of a page in the file's own coordinates; None without doors."""
     is_flat = abs(np.linalg.det(page.A_page_file[:, :2])) < _FLAT
     count = len(doors.width) + len(others.depth)
     if is_flat or not 0 < count <= _MOST:
@@ -44,7 +44,7 @@ def _door(ends: Array, kind: DoorKind, leaf: Array | None) -> ModelDoor:
 
 
 def _partners(doors: Doors) -> list[int]:
-    """Return the other leaf of each leaf; -1 for those that stand alone."""
+    """Return the index of the other leaf of a double door for each leaf; -1 without one."""
     count = len(doors.width)
     apart = np.hypot(*(doors.shut[:, None] - doors.shut).transpose(2, 0, 1))
     hinges = np.hypot(*(doors.hinge[:, None] - doors.hinge).transpose(2, 0, 1))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Doors that a layer of doors shows as strokes or boxes from jamb to jamb, without a leaf and an arc.
+Doors on a layer of doors, drawn as strokes or boxes between jambs, without leaf and arc.
 
-Sliding and glazed doors are drawn so, and plans of an owner's database. The layer's name is not
-enough: frames, leaves and numbers are on it as well. A door reaches from wall to wall.
+Sliding and glazed doors are drawn so, and doors in plans from databases. The layer's name is not
+sufficient, as it also holds frames, leaves and numbers: a door must reach from wall to wall.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from fpnet_core.drawings.formats.doors import DOOR_WIDTHS_M
 from fpnet_core.drawings.formats.pages import Array, OutlinePieces
 
 # Chosen, not measured:
-_JAMB_M = 0.15  # from the end of a door to the wall that it ends at
-_DEEPEST_M = 0.6  # of a wall with a door in it
-_PARALLEL = np.cos(np.radians(5.0))  # to which strokes of one door are parallel
-_BESIDE = 0.25  # of their length, that strokes of one door are shifted along it
-_MOST = 4_000  # numerical: strokes of doors
+_JAMB_M = 0.15  # largest gap between the end of a door and its wall
+_DEEPEST_M = 0.6  # thickest wall with a door
+_PARALLEL = np.cos(np.radians(5.0))  # of the largest angle between strokes of one door
+_BESIDE = 0.25  # of their length: largest shift between strokes of one door
+_MOST = 4_000  # numerical: largest number of strokes of doors
 
 
 @dataclass(frozen=True, eq=False)
 class DoorStrokes:
-    """Doors from jamb to jamb: ``ends (D, 2, 2)`` in the middle of walls ``depth (D,)`` thick."""
+    """Doors between jambs: ``ends (D, 2, 2)`` on centre lines of walls ``depth (D,)`` thick."""
 
     ends: Array
     depth: Array
 
     def corners(self, beyond: float) -> Array:
-        """Return their corners ``(D, 4, 2)``, so much beyond both faces of the wall."""
+        """Return the doors' corners ``(D, 4, 2)``, ``beyond`` both faces of the wall."""
         start, end = self.ends[:, 0], self.ends[:, 1]
         along = (end - start) / np.hypot(*(end - start).T)[:, None]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -44,7 +44,7 @@ class DoorStrokes:
 def find_door_strokes(
     pieces: OutlinePieces, walls: OutlinePieces, unit_m: float | None
 ) -> DoorStrokes:
-    """Return the doors that ``pieces`` of a layer of doors show; ``unit_m`` None: no scale."""
+    """Return the doors in ``pieces`` of layers of doors; none if ``unit_m`` is unknown."""
     none = DoorStrokes(np.empty((0, 2, 2)), np.empty(0))
     if unit_m is None:
         return none
@@ -62,7 +62,7 @@ def find_door_strokes(
 
 
 def _reach(ends: Array, walls: OutlinePieces, reach: float) -> NDArray[np.bool_]:
-    """Tell which strokes have a wall at both ends."""
+    """Return the mask of strokes with a wall at both ends."""
     import shapely
 
     tree, points = shapely.STRtree(shapely.linestrings(walls.ends)), shapely.points(ends)
@@ -72,7 +72,7 @@ def _reach(ends: Array, walls: OutlinePieces, reach: float) -> NDArray[np.bool_]
 
 
 def _together(ends: Array, deepest: float) -> NDArray[np.int64]:
-    """Return a number for each stroke ``(S,)``: those beside each other are one door's."""
+    """Return the door index of each stroke ``(S,)``; strokes beside each other are one door."""
     from scipy.sparse.csgraph import connected_components
 
     along = ends[:, 1] - ends[:, 0]
@@ -88,7 +88,7 @@ def _together(ends: Array, deepest: float) -> NDArray[np.int64]:
 
 
 def _middle(strokes: Array) -> tuple[Array, float]:
-    """Return the line (2, 2) in the middle of a door's strokes, and how far these are apart."""
+    """Return the centre line (2, 2) of a door's strokes, and their distance."""
     longest = strokes[np.argmax(np.hypot(*(strokes[:, 1] - strokes[:, 0]).T))]
     along = (longest[1] - longest[0]) / np.hypot(*(longest[1] - longest[0]))
     frame = np.stack([along, [-along[1], along[0]]], axis=1)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Doors of a vector drawing: the arc that a leaf sweeps, and the leaf.
+Detection of door symbols in a vector drawing: a leaf and the arc of its swing.
 
-Arcs are told from their geometry: many programs write them as short straight pieces, on a coarse
-grid, and a few pieces to a path.
+Arcs are detected by geometry: many programs write them as short line segments on a coarse grid,
+a few segments per path.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.formats.pages import Array, OutlinePieces
 
 DOOR_WIDTHS_M = (0.55, 1.45)
-"""Physical: of the leaves of doors [m]: toilet cabins to hospital beds."""
+"""Physical: widths of the leaves of doors [m], toilet cabins to hospital beds."""
 
 # Chosen, not measured:
-_MIN_RUN = 5  # pieces of an arc
-_MAX_TURN = np.radians(50.0)  # between pieces of an arc; more is a corner
-_EVEN = 4.0  # neighbouring pieces of an arc are at most so much longer or shorter
-_ROUND = 0.03  # of the radius, how far an arc's points may lie off its circle
-_SWEEP = (np.radians(25.0), np.radians(115.0))  # of a leaf that is drawn open
+_MIN_RUN = 5  # fewest segments of an arc
+_MAX_TURN = np.radians(50.0)  # between segments of an arc; more is a corner
+_EVEN = 4.0  # largest ratio of neighbouring segments of an arc
+_ROUND = 0.03  # of the radius: largest distance of an arc's points from its circle
+_SWEEP = (np.radians(25.0), np.radians(115.0))  # angles of a leaf that is drawn open
 _QUARTER = (np.radians(78.0), np.radians(102.0))
-_NEAR = 0.14  # of the radius: frames and thick leaves keep a leaf's end off the hinge
-_ALIKE = 1.8  # doors without a leaf are at most so much wider or narrower than those with one
-_SIZE_SHARE = (0.0005, 0.12)  # of the sheet's long side, for a radius while no scale is known
+_NEAR = 0.14  # of the radius: gap of a leaf at hinge and tip, from frames and thick leaves
+_ALIKE = 1.8  # largest width ratio of doors without a leaf to those with one
+_SIZE_SHARE = (0.0005, 0.12)  # of the sheet's long side: radius if the scale is unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class DoorArcs:
     Circular arcs.
 
     ``centre (A, 2)``, ``radius (A,)``, ``sweep (A,)`` [rad], ``tips (A, 2, 2)``; ``arc (N,)`` is
-    the arc that each piece belongs to, -1 for those of none.
+    the index of the arc that a segment belongs to, -1 for none.
     """
 
     centre: Array
@@ -50,10 +50,10 @@ class DoorArcs:
 @dataclass(frozen=True, eq=False)
 class Doors:
     """
-    Doors whose leaf is drawn, and all pieces that draw doors.
+    Doors with a drawn leaf, and the mask of all segments that draw doors.
 
-    ``width (D,)``; ``hinge (D, 2)``, ``shut (D, 2)`` where the leaf ends when it is shut and
-    ``leaf (D, 2)`` where it is drawn; ``is_door (N,)``.
+    ``width (D,)``; ``hinge (D, 2)``; tips of the leaf: ``shut (D, 2)`` if closed and
+    ``leaf (D, 2)`` as drawn; ``is_door (N,)``.
     """
 
     width: Array
@@ -64,7 +64,7 @@ class Doors:
 
 
 def find_arcs(pieces: OutlinePieces) -> DoorArcs:
-    """Return the runs of joined pieces that are parts of circles."""
+    """Return the runs of joined segments that are parts of circles."""
     first, last = _runs(pieces)
     if not len(first):
         return _no_arcs(len(pieces.ends))
@@ -79,7 +79,7 @@ def find_arcs(pieces: OutlinePieces) -> DoorArcs:
     chord = np.hypot(*(tips[:, 1] - tips[:, 0]).T)
     with np.errstate(invalid='ignore', divide='ignore'):
         sweep = 2.0 * np.arcsin(np.minimum(chord / (2.0 * radius), 1.0))
-        # Pieces on a coarse grid are longer than the arc; only long arcs need their length.
+        # Segments on a coarse grid are longer than the arc; only long arcs need their length.
         sweep = np.where(length > 2.8 * radius, length / radius, sweep)
     is_round &= np.isfinite(radius) & (sweep > _SWEEP[0])
     number = np.where(is_round, np.cumsum(is_round) - 1, -1)
@@ -89,7 +89,7 @@ def find_arcs(pieces: OutlinePieces) -> DoorArcs:
 
 
 def _runs(pieces: OutlinePieces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first and the last piece of each run that could be an arc."""
+    """Return the first and the last segment of each run that could be an arc."""
     ends, length = pieces.ends, pieces.length
     if len(ends) < 2:
         return np.empty(0, np.int64), np.empty(0, np.int64)
@@ -114,9 +114,9 @@ def _circles(
     points: Array, starts: NDArray[np.int64], tip: Array, size: NDArray[np.int64]
 ) -> tuple[Array, Array]:
     """
-    Return the centres and radii of the circles that fit runs of points best.
+    Return the centres and radii of the best-fitting circles of runs of points.
 
-    The algebraic fit of Kasa (1976), all runs at once; straight runs get a huge radius.
+    Algebraic fit of Kasa (1976), all runs at once; straight runs get a huge radius.
     """
     middle = np.add.reduceat(points, starts) / size[:, None]
     spread = np.maximum(np.hypot(*(tip - middle).T), 1e-12)
@@ -137,7 +137,7 @@ def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Door
 
     Parameters
     ----------
-    pieces : of all paths
+    pieces : segments of all paths
     unit_m : metres per unit; None where unknown
     size : long side of the drawing in its units
     """
@@ -170,7 +170,7 @@ def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Door
 def _leaves(
     arcs: DoorArcs, fits: NDArray[np.bool_], pieces: OutlinePieces
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the straight pieces from the hinge to a tip of an arc, and which tip; -1 for none."""
+    """Return the segments from the hinge to a tip of an arc, and which tip; -1 for none."""
     straight = np.flatnonzero(arcs.arc < 0)
     tip = np.full(len(arcs.radius), -1)
     if not len(straight):

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-DXF: the model space with its blocks exploded, layers that are on, and true units.
+Reader of DXF: visible layers of the model space with exploded blocks, and units.
 
-External references, images and underlays are never followed. Colours are not kept: on a screen of
-a CAD program they tell layers apart, and layers have names.
+External references, images and underlays are never followed. Colours are dropped: in CAD programs
+they distinguish layers, and layers have names.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
 MAX_ENTITIES = 300_000
-"""Numerical: after blocks are exploded; a block that holds itself many times over multiplies."""
+"""Numerical: limit of entities after exploding blocks; nested blocks multiply."""
 
-_END, _END_BYTES = b'EOF', 64  # given: what ends a file; it is looked for in its last bytes
+_END, _END_BYTES = b'EOF', 64  # given: end marker of a file, searched for in its last bytes
 # Given: $INSUNITS.
 _UNITS_M = {1: INCH_M, 2: FOOT_M, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
             1200 / 3937}  # fmt: skip
@@ -52,7 +52,7 @@ _POLYGONS = frozenset({'SOLID', 'TRACE', '3DFACE'})
 
 @dataclass
 class _Reader:
-    """Walks through the entities of a document."""
+    """State of the traversal of a document's entities."""
 
     builder: PageBuilder
     hidden: frozenset[str]
@@ -63,7 +63,7 @@ class _Reader:
 
 
 def load_libraries() -> None:
-    """Import what reading takes, before the process may do no more than read."""
+    """Import the libraries of this reader before the process is restricted."""
     import ezdxf.path
     import ezdxf.recover  # noqa: F401
 
@@ -75,13 +75,13 @@ def read_dxf(path: Path, options: ReadOptions) -> VectorPage:
     Raises
     ------
     MapFormatError
-        If the file is damaged beyond recovery, cut off or too large.
+        If the file is damaged beyond recovery, truncated or too large.
     """
     document = _load(path)
     if not _has_end(path):
         raise MapFormatError(
-            f'{path.name} was cut off: the EOF that ends a DXF file is missing, and walls may be, '
-            'too; copy it again, or save it again as DXF 2010 or later'
+            f'{path.name} is truncated: it lacks the EOF marker of a DXF file and may lack walls; '
+            'copy it again, or save it again as DXF 2010 or later'
         )
     layers = {layer.dxf.name.casefold(): layer for layer in document.layers}
     wanted = {layer.casefold() for layer in options.layers}
@@ -108,11 +108,11 @@ def read_dxf(path: Path, options: ReadOptions) -> VectorPage:
 def _load(path: Path) -> Any:
     from ezdxf import filemanagement, recover
 
-    with suppress(Exception):  # damaged: the slow and tolerant reader may manage
+    with suppress(Exception):  # damaged: the slow, tolerant reader may succeed
         return filemanagement.readfile(path)
     try:
         document, _ = recover.readfile(path)
-    except Exception as error:  # ezdxf raises many kinds on damaged files
+    except Exception as error:  # ezdxf raises many exception types on damaged files
         raise MapFormatError(
             f'{path.name} is a damaged DXF file ({detail_of(error)}); save it again as DXF 2010 '
             'or later'
@@ -121,14 +121,14 @@ def _load(path: Path) -> Any:
 
 
 def _has_end(path: Path) -> bool:
-    """Tell whether a DXF file, of text or binary, ends as every one has to."""
+    """Return whether a DXF file, text or binary, has its end marker."""
     with path.open('rb') as file:
         file.seek(max(0, path.stat().st_size - _END_BYTES))
         return _END in file.read()
 
 
 def _refuse_growth(document: Any, name: str) -> None:
-    """Refuse blocks that hold each other so often that exploding them would not end."""
+    """Reject documents whose nested blocks expand to too many entities."""
     sizes: dict[str, int] = {}
 
     def size(container: Any, depth: int) -> int:
@@ -143,7 +143,7 @@ def _refuse_growth(document: Any, name: str) -> None:
 
     def block_size(key: str, depth: int) -> int:
         if key not in sizes:
-            sizes[key] = MAX_ENTITIES + 1  # while it is being counted: a block within itself
+            sizes[key] = MAX_ENTITIES + 1  # while it is being counted: a recursive block
             block = document.blocks.get(key)
             sizes[key] = size(block, depth) if block is not None else 0
         return sizes[key]
@@ -162,11 +162,11 @@ def _too_large(name: str) -> str:
 def _entities(
     reader: _Reader, container: Any, parent: str, block: str, depth: int
 ) -> Iterator[tuple[Any, str]]:
-    """Yield what is visible in a container, blocks exploded, with the layer that it counts to."""
+    """Yield the visible entities of a container, blocks exploded, with their layers."""
     from ezdxf.entities.dxfgfx import DXFGraphic
 
     for entity in container:
-        if not isinstance(entity, DXFGraphic):  # of a kind that ezdxf does not know
+        if not isinstance(entity, DXFGraphic):  # of a type unknown to ezdxf
             continue
         reader.count += 1
         if reader.count > MAX_ENTITIES:
@@ -188,11 +188,11 @@ def _entities(
 
 
 def _named(layer: str, block: str) -> str:
-    """Return the layer, with the block's name where the layer's says nothing and that does."""
-    is_telling = (
+    """Return the layer's name, with that of the block if only the latter is recognized."""
+    is_extended = (
         block and layer_role(layer) is LayerRole.UNKNOWN and layer_role(block) != LayerRole.UNKNOWN
     )
-    return f'{layer}: {block}' if is_telling else layer
+    return f'{layer}: {block}' if is_extended else layer
 
 
 def _insert(
@@ -214,7 +214,7 @@ def _insert(
 
 
 def _ignore(entity: Any, reason: str) -> None:
-    """Leave out what cannot be exploded, as ezdxf does."""
+    """Skip an entity that cannot be exploded, like ezdxf."""
 
 
 def _dimension(reader: _Reader, dimension: Any, layer: str) -> Iterator[tuple[Any, str]]:
@@ -246,7 +246,7 @@ def _add(reader: _Reader, entity: Any, layer: str) -> None:
             reader.builder.add(rings, replace(paint, width=width))
     except MapFormatError:
         raise
-    except Exception:  # a damaged entity: the others may be good
+    except Exception:  # a damaged entity; the others may be valid
         reader.damaged += 1
 
 
@@ -259,7 +259,7 @@ def _add_polygon(reader: _Reader, entity: Any, kind: str, paint: Paint) -> None:
 
 
 def _add_hatch(reader: _Reader, entity: Any, layer: str) -> None:
-    """Add a hatch as an area: solid ones, and hatched ones on layers of walls."""
+    """Add a hatch as an area if it is solid or on a layer of walls."""
     from ezdxf.path import from_hatch
 
     rings = []
@@ -276,7 +276,7 @@ def _hatch_step(path: Any) -> float:
 
 
 def _is_dash(linetype: str) -> bool:
-    """Tell whether a line type's name says that it is broken."""
+    """Return whether a line type is dashed, by its name."""
     name = linetype.casefold()
     return name not in ('continuous', 'bylayer', 'byblock', 'default', '')
 
@@ -289,7 +289,7 @@ def _entity_is_dashed(reader: _Reader, entity: Any) -> bool:
 
 
 def _label(entity: Any, kind: str) -> Label | None:
-    """Return a text; its box is estimated from its height and number of letters."""
+    """Return a label; its box is estimated from text height and number of letters."""
     text = entity.plain_text() if kind == 'MTEXT' else entity.dxf.text
     lines = [line.strip() for line in str(text).splitlines() if line.strip()]
     if not lines:
@@ -308,7 +308,7 @@ def _label(entity: Any, kind: str) -> Label | None:
 
 
 def _anchor(entity: Any, kind: str) -> tuple[Array, Array]:
-    """Return where a text is fixed and which part of its box lies there."""
+    """Return the anchor of a text and the anchor's relative position in its box."""
     if kind == 'MTEXT':
         point, place = entity.dxf.insert, int(entity.dxf.attachment_point) - 1
         return np.array([point.x, point.y]), np.array([place % 3 / 2.0, 1.0 - place // 3 / 2.0])

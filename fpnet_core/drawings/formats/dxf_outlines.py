@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The outlines of DXF entities: lines, arcs, polylines, splines, faces."""
+"""Outlines of DXF entities: lines, arcs, polylines, splines, faces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from fpnet_core.drawings.formats.pages import Array, Ring
 from fpnet_core.errors import MapFormatError
 
-_CURVE_SHARE = 0.02  # numerical: of a curve's size, how far its pieces may be off
+_CURVE_SHARE = 0.02  # numerical: of a curve's size, tolerance of its segments
 _ARC_STEP = np.radians(7.5)  # numerical
 
 
@@ -23,7 +23,7 @@ def tolerant(parts: Iterator[Any]) -> Iterator[Any]:
         yield from parts
     except MapFormatError:
         raise
-    except Exception:  # ezdxf raises many kinds on damaged entities
+    except Exception:  # ezdxf raises many exception types on damaged entities
         return
 
 
@@ -59,7 +59,7 @@ def _arc(entity: Any) -> Ring:
 
 
 def _to_world(entity: Any, points: Array) -> Array:
-    """Return points ``(N, 3)`` of an entity's own plane, which mirrored blocks turn over."""
+    """Return points ``(N, 3)`` of an entity's coordinate system, maybe mirrored, as world xy."""
     ocs = entity.ocs()
     if not ocs.transform:
         return points[:, :2]
@@ -74,7 +74,7 @@ def _polyline(entity: Any) -> Ring:
 
 
 def _bulged(data: Array, is_closed: bool) -> tuple[Array, Any]:
-    """Return points of vertices ``(x, y, bulge)``, where a bulge is an arc to the next vertex."""
+    """Return points and curve flags of vertices ``(x, y, bulge)``; bulges are arcs to the next."""
     if not data[:, 2].any():
         return data[:, :2], np.zeros(len(data), dtype=np.bool_)
     points: list[Array] = []
@@ -93,7 +93,7 @@ def _bulged(data: Array, is_closed: bool) -> tuple[Array, Any]:
 
 
 def _bulge(start: Array, end: Array, bulge: float) -> Array:
-    """Return points of an arc without its end; ``bulge`` is the tangent of a quarter of it."""
+    """Return points of an arc without its end; ``bulge`` is the tangent of sweep / 4."""
     sweep = 4.0 * math.atan(bulge)
     chord = end - start
     normal = np.array([-chord[1], chord[0]])

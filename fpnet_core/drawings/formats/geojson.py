@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-GeoJSON and IMDF: units are rooms, openings are doors, levels are storeys.
+Reader of GeoJSON and IMDF: units are rooms, openings are doors, levels are storeys.
 
-A file of features, a folder of such files, or a ZIP of one. Longitudes and latitudes become
-metres about the building; x runs to the east and y to the north.
+Input is a file of features, a folder of such files, or a ZIP of one. Longitudes and latitudes
+become metres about the building, x east and y north.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from fpnet_core.errors import MapFormatError
 
 _SOURCE = 'GeoJSON'
 _DEGREES = (180.0, 90.0)  # given: largest longitude and latitude
-_LARGEST_DEG = 0.5  # physical: 55 km; coordinates of larger extent are metres of some grid
-_LARGEST = 1e8  # physical: metres of a grid; none goes further around the Earth
+_LARGEST_DEG = 0.5  # physical: 55 km; larger extents are metres of a projected grid
+_LARGEST = 1e8  # physical: largest coordinate of a projected grid on Earth [m]
 _FAR_M = 0.6  # physical: from a door's middle to its rooms' edges, at most half a thick wall
-# Given: categories of IMDF units that are solid, and ones where there is no floor.
+# Given: categories of IMDF units that are solid, and of those without floor.
 _SOLID = frozenset({'structure', 'column', 'brick', 'concrete', 'drywall', 'glass', 'wood'})
 _NO_FLOOR = frozenset({'opentobelow', 'nonpublic'})
 _KINDS = {
@@ -47,7 +47,7 @@ _INDOOR = {'room': 'unit', 'corridor': 'unit', 'area': 'unit', 'wall': 'wall', '
 
 @dataclass(frozen=True, eq=False)
 class _Feature:
-    """A feature: what it is (``unit``, ``opening``, ...), its lines in file coordinates."""
+    """A feature: its ``kind`` (``unit``, ``opening``, ...), its lines in file coordinates."""
 
     id: str
     kind: str
@@ -56,18 +56,18 @@ class _Feature:
 
     @property
     def level(self) -> str:
-        """The level that it is on; empty where nothing says it."""
+        """Key of its level; empty if not stated."""
         value = self.properties.get('level_id', self.properties.get('level'))
         return '' if value is None or isinstance(value, dict | list) else str(value)
 
     @property
     def category(self) -> str:
-        """What it is used for, in the file's own word."""
+        """Its use as named in the file."""
         return str(self.properties.get('category') or self.properties.get('room') or '')
 
 
 def load_libraries() -> None:
-    """Import what reading takes, before the process may do no more than read."""
+    """Import the libraries of this reader before the process is restricted."""
     import zipfile
     import zlib  # noqa: F401
 
@@ -76,7 +76,7 @@ def load_libraries() -> None:
 
 def read_geojson(path: Path, options: ReadOptions) -> VectorPage:
     """
-    Return a level of a GeoJSON or IMDF: ``options.page`` from below, else the fullest one.
+    Return a level of a GeoJSON or IMDF: ``options.page`` from below, else the largest one.
 
     Raises
     ------
@@ -91,8 +91,7 @@ def read_geojson(path: Path, options: ReadOptions) -> VectorPage:
     counts = [sum(each.level == key for each in elements) for key, _ in levels]
     if not any(counts):
         raise MapFormatError(
-            f'{path.name} has no units: expected rooms as IMDF has them, polygons of '
-            'feature_type unit'
+            f'{path.name} has no units: expected rooms as in IMDF, polygons of feature_type unit'
         )
     number, note = choose_storey(path.name, [level.name for _, level in levels], counts, options)
     chosen = [each for each in features if each.level == levels[number][0]]
@@ -103,7 +102,7 @@ def read_geojson(path: Path, options: ReadOptions) -> VectorPage:
 
 
 def _features(stem: str, values: Any) -> list[_Feature]:
-    """Return the features of a file; those without lines are left out."""
+    """Return the features of a file that have lines, and all levels."""
     found = values.get('features') if isinstance(values, dict) else None
     if not isinstance(found, list):
         found = [values]
@@ -120,10 +119,10 @@ def _features(stem: str, values: Any) -> list[_Feature]:
 
 
 def _kind(stem: str, feature: dict[str, Any], properties: dict[str, Any], geometry: Any) -> str:
-    """Return what a feature is: as it says itself, as its file is named, or by its shape."""
-    said = feature.get('feature_type') or properties.get('feature_type')
-    if said:
-        return str(said).lower()
+    """Return the kind of a feature: as stated, by the name of its file, or by its geometry."""
+    stated_type = feature.get('feature_type') or properties.get('feature_type')
+    if stated_type:
+        return str(stated_type).lower()
     if stem in ('unit', 'opening', 'level', 'footprint', 'venue', 'building'):
         return stem
     indoor = _INDOOR.get(str(properties.get('indoor')))
@@ -136,7 +135,7 @@ def _kind(stem: str, feature: dict[str, Any], properties: dict[str, Any], geomet
 
 
 def _parts(geometry: dict[str, Any]) -> tuple[tuple[Array, ...], ...]:
-    """Return the lines of each part of a geometry; of areas not closed, the outside first."""
+    """Return the lines of each part of a geometry; rings are open, the exterior first."""
     places, kind = geometry.get('coordinates'), geometry.get('type')
     if not isinstance(places, list):
         return ()
@@ -156,7 +155,7 @@ def _parts(geometry: dict[str, Any]) -> tuple[tuple[Array, ...], ...]:
 
 
 def _line(line: Any) -> Array:
-    """Return the places ``(N, 2)`` of a line; none where one of them is no place."""
+    """Return the points ``(N, 2)`` of a line; none if one of them is invalid."""
     try:
         points = np.array([(float(place[0]), float(place[1])) for place in line])
     except (TypeError, ValueError, IndexError, KeyError, OverflowError):
@@ -166,7 +165,7 @@ def _line(line: Any) -> Array:
 
 
 def _levels(features: list[_Feature]) -> list[tuple[str, ModelStorey]]:
-    """Return the levels from below, with the key that features name them by."""
+    """Return the levels, lowest first, with the keys that features refer to."""
     stated = [
         (_ordinal(each.properties.get('ordinal')), text_of(each.properties.get('name')), each)
         for each in features
@@ -179,7 +178,7 @@ def _levels(features: list[_Feature]) -> list[tuple[str, ModelStorey]]:
     keys = {key for key, _ in found}
     others = {each.level for each in features if each.kind in ('unit', 'opening', 'wall')} - keys
     return found + [
-        (key, ModelStorey(key or 'the only one')) for key in sorted(others, key=_ordinal)
+        (key, ModelStorey(key or 'only level')) for key in sorted(others, key=_ordinal)
     ]
 
 
@@ -197,14 +196,14 @@ def _height(level: _Feature) -> float | None:
 
 
 def text_of(value: Any) -> str:
-    """Return a label: a text, or the English one or first one of several languages."""
+    """Return a label as text; of several languages English or the first one."""
     if isinstance(value, dict):
         value = value.get('en') or next(iter(value.values()), '')
     return '' if value is None or isinstance(value, dict | list) else str(value).strip()
 
 
 def _metres(features: list[_Feature], name: str) -> tuple[list[_Feature], list[str]]:
-    """Return features in metres; in degrees, these are counted about their middle."""
+    """Return features in metres, projected about their centre if in degrees, and notes."""
     points = np.concatenate([line for each in features for part in each.parts for line in part])
     low, high = points.min(axis=0), points.max(axis=0)
     if (high - low).max() > _LARGEST_DEG:
@@ -212,8 +211,8 @@ def _metres(features: list[_Feature], name: str) -> tuple[list[_Feature], list[s
         return features, [note]
     if (np.abs(points) > _DEGREES).any():
         raise MapFormatError(
-            f'{name} has coordinates that are no longitudes and latitudes, of less than a metre; '
-            'export it in WGS 84, as IMDF is'
+            f'{name} has coordinates that are no longitudes and latitudes but span less than '
+            'half a metre; export it in WGS 84 as in IMDF'
         )
     longitude, latitude = 0.5 * (low + high)
     about = LocalMetres(float(longitude), float(latitude))
@@ -263,13 +262,13 @@ def edges_of(ring: Array) -> Array:
 
 
 def _door(line: Array, feature: _Feature, edges: list[Array]) -> ModelDoor:
-    """Return an opening, as deep as the two rooms beside it are apart."""
+    """Return a door as deep as the gap between the two rooms beside it."""
     ends = line[[0, -1]]
     middle = ends.mean(axis=0)
     away = sorted(float(_distance(middle, each)) for each in edges)[:2]
     depth = 2.0 * max((each for each in away if each < _FAR_M), default=0.0)
-    told = feature.properties.get('door')
-    kind = told.get('type') if isinstance(told, dict) else told
+    stated_door = feature.properties.get('door')
+    kind = stated_door.get('type') if isinstance(stated_door, dict) else stated_door
     name = text_of(feature.properties.get('name'))
     return ModelDoor(
         ends, depth, _KINDS.get(str(kind), DoorKind.UNKNOWN), name=name, source=_SOURCE
@@ -277,7 +276,7 @@ def _door(line: Array, feature: _Feature, edges: list[Array]) -> ModelDoor:
 
 
 def _distance(point: Array, edges: Array) -> float:
-    """Return how far a point ``(2,)`` is from the nearest of edges ``(V, 2, 2)``."""
+    """Return the distance of a point ``(2,)`` to the nearest of edges ``(V, 2, 2)``."""
     start, along = edges[:, 0], edges[:, 1] - edges[:, 0]
     squares = np.maximum((along**2).sum(axis=1), 1e-12)
     share = np.clip(((point - start) * along).sum(axis=1) / squares, 0.0, 1.0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The JSON of a GeoJSON file, a folder of them, or a ZIP of one, with limits."""
+"""Loading of JSON from a GeoJSON file, a folder of them, or a ZIP, with limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.plain_files import regular
 
 MAX_BYTES = 64 * 2**20
-"""Numerical: of all the JSON together, after unpacking."""
+"""Numerical: of all JSON together, after unpacking."""
 
 _SUFFIXES = ('.geojson', '.json')
 _MAX_FILES = 200  # numerical: in a folder or a ZIP; IMDF has about twenty
@@ -22,7 +22,7 @@ _MAX_FILES = 200  # numerical: in a folder or a ZIP; IMDF has about twenty
 
 def feature_files(path: Path) -> list[tuple[str, Any]]:
     """
-    Return the values of each file, with its name without folder and suffix, in lower case.
+    Return the lower-case stem and the JSON values of each file.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def _unpacked(path: Path) -> list[tuple[str, Any]]:
                 found.append((Path(name).stem.lower(), _parsed(data, left, path.name)))
     except MapFormatError:
         raise
-    except Exception as error:  # damaged and encrypted archives raise many kinds
+    except Exception as error:  # damaged and encrypted archives raise many types
         raise MapFormatError(
             f'{path.name} is a damaged archive ({detail_of(error)}); pack it again'
         ) from None

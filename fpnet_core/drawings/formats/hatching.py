@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Hatching of a vector drawing: many parallel lines of one style, close together, evenly spaced.
+Detection of hatching: many parallel lines of one style, close together, evenly spaced.
 
-Walls are parallel, too, but their distances are those of walls and rooms by turns.
+Walls are parallel, too, but their distances alternate between those of walls and rooms.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.formats.pages import Array, OutlinePieces
 
 # Chosen, not measured:
-_MIN_LINES = 24  # at different places; a flight of stairs has fewer
-_ANGLE = np.radians(1.0)  # within which lines are parallel
-_CLOSEST = 0.008  # of the drawing's long side, that lines are apart at most: 0.4 m of 50 m
-_SAME = 0.15  # of the distance, within which lines are in one place or evenly spaced
+_MIN_LINES = 24  # at different positions; a flight of stairs has fewer
+_ANGLE = np.radians(1.0)  # largest angle between parallel lines
+_CLOSEST = 0.008  # of the drawing's long side: largest distance of lines, 0.4 m of 50 m
+_SAME = 0.15  # of the distance: tolerance of equal positions and of even spacing
 _EVEN_SHARE = 0.75  # of the distances are the typical one or a small multiple of it
 
 
@@ -25,13 +25,13 @@ def find_hatching(
     pieces: OutlinePieces, style: NDArray[np.int64], size: float
 ) -> NDArray[np.bool_]:
     """
-    Tell which pieces ``(N,)`` are lines of a hatch.
+    Return the mask ``(N,)`` of segments that are lines of a hatch.
 
     Parameters
     ----------
-    pieces : of all paths
+    pieces : segments of all paths
     style : (P,)
-        Number of each path's colour, width and layer.
+        Style index of each path: its colour, width and layer.
     size : long side of the drawing in its units
     """
     direction = pieces.ends[:, 1] - pieces.ends[:, 0]
@@ -48,7 +48,7 @@ def find_hatching(
 
 
 def _is_even(pieces: OutlinePieces, members: NDArray[np.int64], closest: float) -> bool:
-    """Tell whether parallel lines are close together at even distances."""
+    """Return whether parallel lines are close together at even distances."""
     ends = pieces.ends[members]
     longest = int(np.argmax(pieces.length[members]))
     along = (ends[longest, 1] - ends[longest, 0]) / pieces.length[members][longest]
@@ -64,6 +64,6 @@ def _is_even(pieces: OutlinePieces, members: NDArray[np.int64], closest: float) 
 
 
 def _typical(gaps: Array) -> float:
-    """Return the median distance of lines that are not in one place."""
+    """Return the median distance of lines at different positions."""
     apart = gaps[gaps > _SAME * gaps.mean()] if len(gaps) else gaps
     return float(np.median(apart)) if len(apart) else 0.0

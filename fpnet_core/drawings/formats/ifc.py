@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-IFC: a storey of a building model, cut a metre above its floor.
+Reader of IFC: a storey of a building model, cut one metre above its floor.
 
 Walls, columns, curtain walls and windows are cut; doors are left open. Spaces, doors and windows
-are taken as the file states them. Lengths are true. Needs IfcOpenShell, which is the optional
+are taken from the file as stated. The scale is true. Needs IfcOpenShell, the optional
 extra ``ifc``.
 """
 
@@ -34,19 +34,19 @@ from fpnet_core.errors import MapFormatError
 
 CUT_M = 1.003
 """
-Height of the cut above the floor [m]; not a round figure, at which sills and beams end. Chosen.
+Height of the cut above the floor [m]; not round, as sills and beams end at round heights. Chosen.
 """
 
-MAX_BYTES = 200 * 2**20  # numerical
+MAX_BYTES = 200 * 2**20  # numerical: largest file
 
 _SOLID = ('IfcWall', 'IfcColumn', 'IfcPlate', 'IfcMember', 'IfcCurtainWall', 'IfcWindow')
-_SHAPES = 4_000  # numerical: elements that are looked at beyond those of the storey itself
+_SHAPES = 4_000  # numerical: largest number of elements for which other storeys are cut, too
 _LAYERS = {'IfcWindow': 'windows', 'IfcPlate': 'windows', 'IfcColumn': 'columns'}
 
 
 def load_libraries() -> None:
     """
-    Import what reading takes, before the process may do no more than read.
+    Import the libraries of this reader before the process is restricted.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def read_ifc(path: Path, options: ReadOptions) -> VectorPage:
         walls.append(ModelWall(tuple(ring.points for ring in rings), source='IFC'))
     if not builder.paths:
         raise MapFormatError(
-            f'{path.name} has no walls a metre above storey {number + 1}; choose another one of '
+            f'{path.name} has no walls 1 m above storey {number + 1}; choose another one of '
             f'{len(storeys)} with --page'
         )
     builder.notes.append(f'storey {number + 1} of {len(storeys)} from below: {_named(storey)}')
@@ -104,7 +104,7 @@ def _open(path: Path) -> Any:
         )
     try:
         model = ifcopenshell.open(str(path))
-    except Exception as error:  # IfcOpenShell raises many kinds on damaged files
+    except Exception as error:  # IfcOpenShell raises many types on damaged files
         raise MapFormatError(
             f'{path.name} is a damaged IFC file ({detail_of(error)}); export it again'
         ) from None
@@ -112,7 +112,7 @@ def _open(path: Path) -> Any:
 
 
 def _storeys(model: Any, name: str) -> list[tuple[float, Any]]:
-    """Return the storeys with the heights of their floors [m], from below."""
+    """Return the storeys with the heights of their floors [m], lowest first."""
     from ifcopenshell.util import placement
     from ifcopenshell.util import unit as units
 
@@ -155,7 +155,7 @@ def _elements(storey: Any, kinds: tuple[str, ...]) -> list[Any]:
 def _cuts(
     model: Any, storey: Any, settings: Any, height_m: float
 ) -> Iterator[tuple[Any, list[Ring]]]:
-    """Yield what the cut leaves of each element, those of other storeys that reach it as well."""
+    """Yield the section of each element, including those of other storeys that reach the cut."""
     chosen = {element.id(): element for element in _elements(storey, _SOLID)}
     others = [element for kind in _SOLID for element in model.by_type(kind)]
     if len(others) <= _SHAPES:
@@ -170,7 +170,7 @@ def _cuts(
 def _model(
     model: Any, storeys: list[tuple[float, Any]], number: int, walls: list[ModelWall]
 ) -> FloorplanModel:
-    """Return what the file says of a storey, with the walls that were cut."""
+    """Return the stated elements of a storey, with the walls that were cut."""
     from ifcopenshell.util import unit as units
 
     settings, (floor_m, storey) = _settings(), storeys[number]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Spaces, doors and windows of a storey of an IFC, in metres of its own coordinates."""
+"""Spaces, doors and windows of an IFC storey, in metres of the file's coordinates."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from fpnet_core.drawings.formats.pages import Array
 from fpnet_core.drawings.model import DoorKind, ModelDoor, ModelRoom, ModelWindow, ring_area
 
 _SOURCE = 'IFC'
-_DEEPEST_M = 0.8  # physical: no wall is thicker where a door is; voids are cut deeper
-_WIDTHS_M = (0.3, 12.0)  # physical: of openings that are doors, gates or windows
+_DEEPEST_M = 0.8  # physical: thickest wall with a door; voids may be deeper
+_WIDTHS_M = (0.3, 12.0)  # physical: widths of doors, gates and windows
 _UPRIGHT = 0.5  # numerical: determinant of a placement's horizontal axes; 1 is upright
-_LEAST_M2 = 0.2  # numerical: slivers of spaces
+_LEAST_M2 = 0.2  # numerical: smaller spaces are slivers
 _KINDS = (
     ('DOUBLE', DoorKind.DOUBLE), ('SWING', DoorKind.SWING), ('SLIDING', DoorKind.SLIDING),
     ('FOLDING', DoorKind.FOLDING), ('REVOLVING', DoorKind.REVOLVING),
@@ -27,11 +27,11 @@ _AREAS = ('NetFloorArea', 'GrossFloorArea', 'NetArea', 'Area')  # given: names o
 
 
 def spaces(elements: list[Any], model: Any, settings: Any, height_m: float) -> list[ModelRoom]:
-    """Return the rooms of a storey's spaces, cut at a height [m]; those outdoors are left out."""
+    """Return the rooms of a storey's spaces, cut at a height [m]; outdoor ones are skipped."""
     from ifcopenshell.util import unit as units
 
     area_unit = 1.0
-    with suppress(Exception):  # a file without units of area has square metres
+    with suppress(Exception):  # without an area unit, areas are in square metres
         area_unit = float(units.calculate_unit_scale(model, 'AREAUNIT'))
     rooms = []
     for space in elements:
@@ -53,7 +53,7 @@ def spaces(elements: list[Any], model: Any, settings: Any, height_m: float) -> l
 
 
 def _cut(body: Triangles, height_m: float) -> Iterator[Array]:
-    """Yield the rings of a space at a height, or half-way up where it does not reach that far."""
+    """Yield the rings of a space at a height, or at its middle if the height misses it."""
     vertices, faces = body
     rings = loops(section(vertices, faces, height_m))
     if not rings:
@@ -64,10 +64,10 @@ def _cut(body: Triangles, height_m: float) -> Iterator[Array]:
 
 
 def _area(space: Any, unit: float) -> float | None:
-    """Return a space's area as its quantities state it [m2]."""
+    """Return a space's area [m2] from its quantities; None if they state none."""
     import ifcopenshell.util.element as elements
 
-    with suppress(Exception):  # damaged quantities are none
+    with suppress(Exception):  # damaged quantities are ignored
         for quantities in elements.get_psets(space, qtos_only=True).values():
             for name in _AREAS:
                 value = float(quantities.get(name) or 0.0) * unit
@@ -103,10 +103,10 @@ def windows(elements: list[Any], settings: Any, unit_m: float) -> list[ModelWind
 
 
 def _operation(door: Any) -> str:
-    """Return how a door opens, in capitals; of the element or its type."""
+    """Return the operation type of a door element or its type, in upper case."""
     import ifcopenshell.util.element as elements
 
-    with suppress(Exception):  # a damaged type says nothing
+    with suppress(Exception):  # a damaged type is ignored
         for each in (door, elements.get_type(door)):
             operation = str(getattr(each, 'OperationType', None) or '')
             if operation not in ('', 'NOTDEFINED'):
@@ -116,10 +116,10 @@ def _operation(door: Any) -> str:
 
 def _opening(element: Any, settings: Any, unit_m: float) -> tuple[Array, float, Array] | None:
     """
-    Return the ends of a door or window (2, 2) [m], its wall's thickness [m], and a direction.
+    Return the ends (2, 2) [m] of a door or window, its wall's thickness [m], and a direction.
 
-    That is the one of its placement across the wall, to which doors open. None for one without
-    a place, or which is no opening by its size.
+    The direction is the axis of its placement across the wall, to which doors open. None if it
+    has no placement or an implausible width.
     """
     from ifcopenshell.util import placement
 
@@ -127,7 +127,7 @@ def _opening(element: Any, settings: Any, unit_m: float) -> tuple[Array, float, 
         return None
     matrix = np.asarray(placement.get_local_placement(element.ObjectPlacement), dtype=np.float64)
     axes = matrix[:2, :2]
-    if not np.isfinite(matrix).all() or abs(np.linalg.det(axes)) < _UPRIGHT:  # it lies down
+    if not np.isfinite(matrix).all() or abs(np.linalg.det(axes)) < _UPRIGHT:  # it is tilted
         return None
     along, across = axes[:, 0] / np.hypot(*axes[:, 0]), axes[:, 1] / np.hypot(*axes[:, 1])
     box = _box(element, settings, along, across)
@@ -145,7 +145,7 @@ def _opening(element: Any, settings: Any, unit_m: float) -> tuple[Array, float, 
 
 
 def _box(element: Any, settings: Any, along: Array, across: Array) -> Array | None:
-    """Return the lowest and highest place (2, 2) of what an element fills along two directions."""
+    """Return the lower and upper bounds (2, 2) of an element's void along two directions."""
     filled = [each.RelatingOpeningElement for each in getattr(element, 'FillsVoids', None) or ()]
     for each in (*filled, element):
         body = triangles(each, settings)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Bodies of an IFC cut at a height: rings of what the cut leaves of them."""
+"""Horizontal sections of IFC bodies as rings."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.formats.pages import Array, Ring
 
-_JOIN_M = 1e-4  # numerical: ends of cut lines so close are one
+_JOIN_M = 1e-4  # numerical: ends of section lines this close are joined
 
 Triangles = tuple[Array, NDArray[np.int64]]
-"""Corners (V, 3) [m] and the three of each face (F, 3)."""
+"""Vertices (V, 3) [m], and the three vertex indices of each face (F, 3)."""
 
 
 def triangles(element: Any, settings: Any) -> Triangles | None:
-    """Return an element's body in world coordinates; None where it has no proper one."""
+    """Return an element's body in world coordinates; None without a valid one."""
     import ifcopenshell.geom
 
     if element.Representation is None:
         return None
     shape: Any = None
-    with suppress(Exception):  # IfcOpenShell raises many kinds on damaged bodies
+    with suppress(Exception):  # IfcOpenShell raises many types on damaged bodies
         shape = ifcopenshell.geom.create_shape(settings, element)
     if shape is None:
         return None
@@ -35,7 +35,7 @@ def triangles(element: Any, settings: Any) -> Triangles | None:
 
 
 def section(vertices: Array, faces: Any, height: float) -> Array:
-    """Return the pieces ``(N, 2, 2)`` at which the triangles of a body cross a height."""
+    """Return the segments ``(N, 2, 2)`` at which the triangles of a body cross a height."""
     corners = vertices[faces]
     above = corners[:, :, 2] > height
     corners, above = corners[(crosses := above.any(axis=1) != above.all(axis=1))], above[crosses]
@@ -52,7 +52,7 @@ def section(vertices: Array, faces: Any, height: float) -> Array:
 
 
 def loops(pieces: Array) -> list[Ring]:
-    """Return rings joined from pieces; pieces that lead nowhere are left out."""
+    """Return closed rings joined from segments; open chains are dropped."""
     keys = [tuple(map(tuple, np.rint(piece / _JOIN_M).astype(int).tolist())) for piece in pieces]
     joints: dict[tuple[int, ...], list[int]] = {}
     for number, ends in enumerate(keys):
@@ -75,7 +75,7 @@ def _followed(
     joints: dict[tuple[int, ...], list[int]],
     used: set[int],
 ) -> list[tuple[int, ...]]:
-    """Return the points of a chain of unused pieces until it closes or ends."""
+    """Return the points of a chain of unused segments until it closes or ends."""
     points = list(keys[number])
     used.add(number)
     while points[-1] != points[0]:

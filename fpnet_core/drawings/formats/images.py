@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels of a drawing that comes as an image, upright and on white."""
+"""Reader of images: upright pixels on white."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import MAX_PIXELS, opened_image, too_large
 
 WORK_PIXELS = 16_000_000
-"""Chosen: pictures of more pixels are reduced to so many; the network looks at fewer still."""
+"""Chosen: larger images are reduced to this size [pixels]; the network uses fewer still."""
 
 MAX_STORED_PIXELS = {'JPEG': 500_000_000}
-"""Numerical: more are refused before decoding. JPEG is decoded at a fraction of its size."""
-_MAX_DECODED_PIXELS = 170_000_000  # numerical: 680 MB while a picture is decoded as a whole
-_STRIP_ROWS = 256  # numerical: rows of a reduced picture that are made at once
+"""Numerical: larger images are rejected before decoding; JPEG is decoded at reduced size."""
+_MAX_DECODED_PIXELS = 170_000_000  # numerical: 680 MB while an image is decoded as a whole
+_STRIP_ROWS = 256  # numerical: rows of a reduced image that are computed at once
 
-_ORIENTATION = 0x0112  # given: the EXIF tag that says how a camera was held
+_ORIENTATION = 0x0112  # given: EXIF tag of the camera's orientation
 _TURNS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
     3: Image.Transpose.ROTATE_180,
@@ -38,16 +38,16 @@ _LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 def open_image(path: Path, page: int | None = None, crop: Box | None = None) -> Drawing:
     """
-    Open a PNG, JPEG, TIFF, WebP, GIF, BMP or PGM image; ``page`` from 1, of a TIFF of several.
+    Open a PNG, JPEG, TIFF, WebP, GIF, BMP or PGM image; ``page`` from 1, of a multi-page TIFF.
 
-    A camera's orientation is applied, transparent places become white, palettes, 16-bit and
-    floating-point levels become 8-bit colours. A picture of more than :data:`WORK_PIXELS` is
-    reduced to these, or the part of it that is to be read (``crop``, in its own pixels) is.
+    The EXIF orientation is applied; transparent areas become white; palettes, 16-bit and
+    floating-point levels become 8-bit colours. An image of more than :data:`WORK_PIXELS` is
+    reduced until it, or its part ``crop`` (in pixels of the full image), has that many.
 
     Raises
     ------
     MapFormatError
-        If the file is missing, no image, damaged or too large, or lacks the page.
+        If the file is missing, not an image, damaged or too large, or lacks the page.
     """
     with opened_image(path, _check_stored) as image:
         notes = _turned_to(page, image, path)
@@ -57,7 +57,7 @@ def open_image(path: Path, page: int | None = None, crop: Box | None = None) -> 
         A_pixel_image = _upright(turn, width, height)
         pixels = _on_white(_turned_upright(_reduced(image, _factor(image.size, crop)), turn))
     if turn != 1:
-        notes = (*notes, 'The photograph was turned upright, as its camera says.')
+        notes = (*notes, 'The photograph was turned upright by its EXIF orientation.')
     size = (height, width) if turn in _ON_ITS_SIDE else (width, height)
     full_size = None if pixels.shape[1::-1] == size else size
     return Drawing(
@@ -65,11 +65,11 @@ def open_image(path: Path, page: int | None = None, crop: Box | None = None) -> 
     )
 
 
-_ON_ITS_SIDE = range(5, 9)  # given: orientations in which width and height are exchanged
+_ON_ITS_SIDE = range(5, 9)  # given: orientations that exchange width and height
 
 
 def _check_stored(image: Image.Image, path: Path) -> None:
-    """Raise MapFormatError where an image cannot be decoded within a gigabyte."""
+    """Raise MapFormatError if an image cannot be decoded within a gigabyte."""
     is_draft = image.format == 'JPEG' and not image.info.get('progressive')
     most = MAX_STORED_PIXELS['JPEG'] if is_draft else _MAX_DECODED_PIXELS
     if image.width * image.height > most:
@@ -77,22 +77,22 @@ def _check_stored(image: Image.Image, path: Path) -> None:
 
 
 def _factor(size: tuple[int, int], crop: Box | None) -> float:
-    """Return to what share of its sides a picture is reduced; 1 where it is small enough."""
+    """Return the factor by which an image's sides are reduced; 1 if it is small enough."""
     whole = size[0] * size[1]
     part = whole
     if crop is not None:
         part = min(max((crop[2] - crop[0]) * (crop[3] - crop[1]), 1), whole)
-    # A small part of a huge picture still comes with the rest of it.
+    # With a small crop of a huge image, the rest of the image still takes memory.
     most = min(WORK_PIXELS * whole / part, MAX_PIXELS / 2)
     return 1.0 if whole <= most else float(np.sqrt(most / whole))
 
 
 def _reduced(image: Image.Image, factor: float) -> Image.Image:
-    """Return a picture reduced to a share of its sides, each pixel the mean of what it covers."""
+    """Return an image reduced by ``factor``; each pixel is the mean of the area it covers."""
     if factor >= 1.0:
         return image
     width, height = (max(1, round(factor * side)) for side in image.size)
-    image.draft(None, (width, height))  # of JPEG, a half, a quarter or an eighth is decoded
+    image.draft(None, (width, height))  # JPEG is decoded at a half, a quarter or an eighth
     columns, rows = image.size
     strips = []
     for top in range(0, height, _STRIP_ROWS):
@@ -109,7 +109,7 @@ def _reduced(image: Image.Image, factor: float) -> Image.Image:
 
 
 def _averageable(image: Image.Image) -> Image.Image:
-    """Return a picture in a mode whose levels can be averaged."""
+    """Return an image in a mode whose levels can be averaged."""
     if image.mode.startswith('I') or image.mode == 'F':
         return Image.fromarray(_on_white(image))
     if 'A' in image.getbands() or 'transparency' in image.info:
@@ -118,17 +118,17 @@ def _averageable(image: Image.Image) -> Image.Image:
 
 
 def _turned_upright(image: Image.Image, turn: int) -> Image.Image:
-    """Return a picture turned as its EXIF orientation says."""
+    """Return an image turned upright by its EXIF orientation."""
     return image.transpose(_TURNS[turn]) if turn in _TURNS else image
 
 
 def _turned_to(page: int | None, image: Image.Image, path: Path) -> tuple[str, ...]:
-    """Turn to a page of a TIFF, the first one if nobody says which; notes tell of others."""
+    """Seek a page of a TIFF, by default the first one; return notes on other pages."""
     count = getattr(image, 'n_frames', 1) if image.format == 'TIFF' else 1
     if page is None:
-        return (f'page 1 of {count} was read; --page takes another one',) if count > 1 else ()
+        return (f'page 1 of {count} was read; select others by --page',) if count > 1 else ()
     if count == 1:
-        raise MapFormatError(f'{path} is an image, which has no page; leave that out')
+        raise MapFormatError(f'{path} is an image, which has no pages; omit the page')
     if page > count:
         raise MapFormatError(f'{path.name} has {count} pages; there is no page {page}')
     image.seek(page - 1)
@@ -152,7 +152,7 @@ def _upright(turn: int, width: int, height: int) -> Array:
 
 
 def _on_white(image: Image.Image) -> NDArray[np.uint8]:
-    """Return the colours (H, W, 3) on white paper, or on black where they would not show there."""
+    """Return the colours (H, W, 3) on white, or on black if nothing is visible on white."""
     if image.mode.startswith('I') or image.mode == 'F':
         levels = np.asarray(image, dtype=np.float32)
         grey = levels * 255.0 if image.mode == 'F' else levels / _LEVELS_OF_16_BIT

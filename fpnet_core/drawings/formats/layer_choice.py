@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which layers of a vector drawing hold its walls: their names, weighed with what is drawn on them.
+Selection of the layers of a vector drawing that hold walls, by their names and contents.
 
-Walls are long straight strokes with a parallel one at a wall's thickness beside them. A name
-alone drops no layer that holds most of those.
+Walls are long straight strokes with a parallel one at a wall's thickness beside them. A layer
+with most of those is kept whatever its name.
 """
 
 from __future__ import annotations
@@ -21,30 +21,30 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
 
 # Chosen, not measured:
-_LONG = 0.015  # of the drawing's long side, for a stroke to be a wall: 0.75 m of 50 m
-_THICK = (0.001, 0.025)  # of the long side, between the two faces of a wall
-_ALIKE = np.radians(3.0)  # within which faces are parallel
-_SINGLE = 0.2  # what a stroke without a face beside it counts for
+_LONG = 0.015  # of the drawing's long side: shortest stroke of a wall, 0.75 m of 50 m
+_THICK = (0.001, 0.025)  # of the long side: distance between the two faces of a wall
+_ALIKE = np.radians(3.0)  # largest angle between parallel faces
+_SINGLE = 0.2  # weight of a stroke without a parallel face beside it
 _SPAN = 0.85  # of the drawing's width or height that a frame spans
-_NAMED = 0.25  # of the walls' strokes, for layers that are named after walls to hold all of them
-_MOST = 0.5  # of the walls' strokes, to be kept whatever the name
-_MOST_OF_SYMBOLS = 0.9  # the same, of layers named after furniture, texts or titles
-_SAMPLES = 60_000  # numerical: places along strokes that are compared
-_NEIGHBOURS = 6  # numerical: places beside each one that are looked at
-_LIST = 6  # numerical: layers that a sentence names
-_WHITE = 250  # level of red, green and blue that is paper
+_NAMED = 0.25  # of the walls' strokes, from which layers named after walls are used alone
+_MOST = 0.5  # of the walls' strokes, from which a layer is kept whatever its name
+_MOST_OF_SYMBOLS = 0.9  # the same for layers named after furniture, texts or titles
+_SAMPLES = 60_000  # numerical: points along strokes that are compared
+_NEIGHBOURS = 6  # numerical: neighbours of each point that are compared
+_LIST = 6  # numerical: layers named in a message
+_WHITE = 250  # smallest level of red, green and blue in the colour of paper
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What is painted: ``is_path (P,)``, and why in ``notes``."""
+    """Selection of painted paths ``is_path (P,)``, and the reasons in ``notes``."""
 
     is_path: NDArray[np.bool_]
     notes: tuple[str, ...] = ()
 
 
 def is_seen(page: VectorPage) -> NDArray[np.bool_]:
-    """Tell which paths have a colour that shows on white paper."""
+    """Return the mask of paths with a colour that is visible on white paper."""
     seen = np.zeros(len(page.width), dtype=np.bool_)
     for colour in (page.fill, page.stroke):
         seen |= (colour[:, 3] > 0) & (colour[:, :3] < _WHITE).any(axis=1)
@@ -55,20 +55,20 @@ def choose_paths(
     page: VectorPage, pieces: OutlinePieces, is_hatch: NDArray[np.bool_], options: ReadOptions
 ) -> Choice:
     """
-    Return which paths are painted: the layers that a user names, else those that hold walls.
+    Return which paths are painted: the layers named by the user, else those that hold walls.
 
-    Where layers named after walls hold a fair share of what looks like walls, these are all; else
-    everything is that is not known to be something else. Dashed lines are never walls, nor are
-    pieces of hatches ``is_hatch (N,)``.
+    If layers named after walls hold a fair share of what looks like walls, only these are painted;
+    else all that are not known to be something else. Dashed lines and segments of hatches
+    ``is_hatch (N,)`` are never walls.
 
     Raises
     ------
     MapFormatError
-        If none of the layers that ``options`` name is there.
+        If the drawing has none of the layers in ``options``.
     """
     solid = ~page.is_dashed
     if options.layers:
-        return Choice(_asked(page, options)[page.layer] & solid)
+        return Choice(_requested(page, options)[page.layer] & solid)
     roles = np.array([layer_role(layer) for layer in page.layers], dtype=object)
     is_symbol = np.array([is_symbols(layer) for layer in page.layers])
     share = _wall_share(page, pieces, is_hatch, is_symbol)
@@ -80,23 +80,21 @@ def choose_paths(
         kept = is_wall | is_window
         notes = [f'walls are on {_listed(page.layers, kept)}']
         if is_unknown.any():
-            notes.append(
-                f'left out, as their names say nothing: {_listed(page.layers, is_unknown)}'
-            )
+            notes.append(f'left out because of unknown names: {_listed(page.layers, is_unknown)}')
         return Choice(kept[page.layer] & solid, tuple(notes))
     kept = is_wall | is_window | is_unknown | is_rescued
     if not share[kept].any():
         kept = ~is_symbol if share[~is_symbol].any() else np.ones_like(kept)
     notes = []
     if len(page.layers) > 1 and is_rescued.any():
-        notes.append(f'kept for its walls, whatever its name: {_listed(page.layers, is_rescued)}')
+        notes.append(f'kept for its walls despite its name: {_listed(page.layers, is_rescued)}')
     if len(page.layers) > 1 and not kept.all():
         notes.append(f'left out: {_listed(page.layers, ~kept)}')
     return Choice(kept[page.layer] & solid, tuple(notes))
 
 
-def _asked(page: VectorPage, options: ReadOptions) -> NDArray[np.bool_]:
-    """Tell which layers a user names, blocks on them included."""
+def _requested(page: VectorPage, options: ReadOptions) -> NDArray[np.bool_]:
+    """Return the mask of the layers named by the user, with the blocks on them."""
     wanted = {layer.casefold() for layer in options.layers}
     chosen = np.array([
         layer.casefold() in wanted or layer.casefold().partition(': ')[0] in wanted
@@ -118,10 +116,10 @@ def _wall_share(
     is_symbol: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """
-    Return each layer's share of what looks like walls ``(L,)``, by its strokes' length.
+    Return each layer's share of what looks like walls ``(L,)``, by length of strokes.
 
-    All zero where nothing does. What spans the drawing on a layer of symbols is a frame, which is
-    no wall.
+    All zero if nothing does. Strokes that span the drawing on a layer of symbols are a frame, not
+    a wall.
     """
     layer, count = page.layer[pieces.path], len(page.layers)
     seen = (is_seen(page) & ~page.is_dashed)[pieces.path] & ~pieces.is_curve & ~is_hatch
@@ -148,7 +146,7 @@ def _normal(weight: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _faced(ends: Array, length: Array, size: float) -> NDArray[np.float64]:
-    """Return the share of each stroke ``(N,)`` with a parallel one at a wall's thickness."""
+    """Return the share of each stroke ``(N,)`` that has a parallel one at a wall's thickness."""
     from scipy.spatial import cKDTree
 
     step = max(0.5 * _LONG * size, float(length.sum()) / _SAMPLES)
@@ -158,7 +156,7 @@ def _faced(ends: Array, length: Array, size: float) -> NDArray[np.float64]:
     direction = (ends[:, 1] - ends[:, 0]) / length[:, None]
     along = (rank + 0.5) * (length / number)[stroke]
     places = ends[stroke, 0] + along[:, None] * direction[stroke]
-    # The doubled angle is the same both ways along a stroke.
+    # The doubled angle does not depend on the direction of a stroke.
     doubled = 2.0 * np.arctan2(direction[:, 1], direction[:, 0])
     reach = _THICK[1] * size
     turn = 0.5 * reach / _ALIKE * np.column_stack([np.cos(doubled), np.sin(doubled)])
@@ -178,7 +176,7 @@ def _faced(ends: Array, length: Array, size: float) -> NDArray[np.float64]:
 
 
 def _listed(layers: tuple[str, ...], is_named: NDArray[np.bool_]) -> str:
-    """Return layers for a sentence."""
+    """Return names of layers for a message."""
     named = [layers[k] for k in np.flatnonzero(is_named)]
     shown = ', '.join(layer or '(no name)' for layer in named[:_LIST])
     return f'{shown} and {len(named) - _LIST} more' if len(named) > _LIST else shown

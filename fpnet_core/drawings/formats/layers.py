@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the name of a layer says about what is on it.
+Roles of layers by their names.
 
-The words are those of the AIA, ISO 13567 and BS 1192 layer standards and of offices that name
+The words come from the AIA, ISO 13567 and BS 1192 layer standards and from offices that name
 layers in their own language.
 """
 
@@ -15,7 +15,7 @@ import unicodedata
 
 
 class LayerRole(StrEnum):
-    """What is drawn on a layer."""
+    """Content of a layer."""
 
     WALL = 'wall'
     WINDOW = 'window'
@@ -68,7 +68,7 @@ _OTHERS = _words(
     'hidden dashed cloud image images xref ref reference construction pavement carpet section '
     'sections cut'
 )
-_STEMS = (  # of words that are compounds or inflected, and of languages without spaces
+_STEMS = (  # stems of compound or inflected words, and of languages without spaces
     (LayerRole.DOOR, ('tuer', 'door', 'двер', '门', '門', 'ドア', '문')),
     (LayerRole.WINDOW, ('fenster', 'window', 'окн', '窗', '窓', '창')),
     (LayerRole.WALL, ('wand', 'waende', 'wande', 'wall', 'mauer', 'стен', 'колонн', '墙', '牆',
@@ -88,9 +88,9 @@ _LETTERS = re.compile(r'[^\W\d_]+')
 
 def layer_role(name: str) -> LayerRole:
     """
-    Return what the name of a layer, block or group says; ``UNKNOWN`` where it says nothing.
+    Return the role of a layer, block or group by its name; ``UNKNOWN`` if not recognized.
 
-    Words for floors, rooms, areas and fills say nothing: walls are on such layers, too.
+    Words for floors, rooms, areas and fills are ignored, as walls may be on such layers.
     """
     words = _words_of(name)
     for role, known in _WORDS:
@@ -103,7 +103,7 @@ def layer_role(name: str) -> LayerRole:
 
 
 def is_symbols(name: str) -> bool:
-    """Tell whether a name says furniture, hatches, texts, titles or frames: never walls."""
+    """Return whether a name means furniture, hatches, texts, titles or frames: never walls."""
     words = _words_of(name)
     return bool(words & (_NOTES | _FURNITURE)) or any(
         stem in word for role, stems in _STEMS if role is LayerRole.OTHER
@@ -112,7 +112,7 @@ def is_symbols(name: str) -> bool:
 
 
 def _words_of(name: str) -> set[str]:
-    """Return the words of a name in lower case without accents, in the singular as well."""
+    """Return the words of a name in lower case without accents, plurals also in the singular."""
     words = {_plain(word) for word in _LETTERS.findall(_CAMEL.sub(' ', name))}
     return words | {word[:-1] for word in words if word.endswith('s') and len(word) > 4}
 

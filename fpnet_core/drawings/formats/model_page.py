@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A floorplan model as a page, for formats that hold elements and no lines, and its storeys."""
+"""Floorplan models as vector pages, and choice of a storey, for formats of elements."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-_LINE_M = 0.1  # of rooms' outlines, as thick as a partition; chosen
-_LETTER_M = 0.3  # of rooms' names, their height; chosen
+_LINE_M = 0.1  # width of rooms' outlines, as thick as a partition; chosen
+_LETTER_M = 0.3  # height of rooms' names; chosen
 
 
 def choose_storey(
     name: str, names: Sequence[str], counts: Sequence[int], options: ReadOptions
 ) -> tuple[int, list[str]]:
     """
-    Return the storey that is asked for, else the one with most elements, and a note of it.
+    Return the index of the requested storey, else of the one with most elements, and a note.
 
     Raises
     ------
@@ -34,14 +34,14 @@ def choose_storey(
         raise MapFormatError(f'{name} has {len(names)} storeys; there is no storey {options.page}')
     if not counts[number]:
         raise MapFormatError(
-            f'{name} has nothing on storey {number + 1} of {len(names)}, {names[number]}; choose '
-            'another one with --page'
+            f'{name} has no elements on storey {number + 1} of {len(names)}, {names[number]}; '
+            'choose another one with --page'
         )
     return number, [f'storey {number + 1} of {len(names)} from below: {names[number]}']
 
 
 def page_of(name: str, model: FloorplanModel, notes: Sequence[str]) -> VectorPage:
-    """Return a model in metres as a page: walls filled, rooms as outlines with their names."""
+    """Return a model in metres as a page: filled walls, outlines of rooms with their names."""
     builder = PageBuilder(name, notes=list(notes))
     for wall in model.walls:
         rings = [Ring(ring, is_closed=True) for ring in wall.rings]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Texts that a file writes in pieces, joined to the words and numbers that they are."""
+"""Merging of text fragments into words, numbers and lines."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from fpnet_core.drawings.types import Label
 
 # Chosen, not measured:
-_JOIN = 0.6  # of the letters' height between texts of one line
-_LETTERED = 0.6  # of the texts are single letters in files that write each letter by itself
-_LEVEL = 0.6  # of the smaller letters, in which texts of one line overlap
-_ALIKE = 2.2  # the larger letters to the smaller ones, as of an f and an e
-_LONGEST_GAP = 4.0  # of a text's height, behind which a line has ended
-_SPACE = 0.2  # likewise, for a blank between them
-_TURNED = 1.2  # height to width of a text that is turned
+_JOIN = 0.6  # of the letters' height: largest gap between texts of one line
+_LETTERED = 0.6  # of the texts are single letters if the file writes each letter separately
+_LEVEL = 0.6  # of the smaller height: overlap of texts of one line
+_ALIKE = 2.2  # largest ratio of heights on one line, e.g. of f and e
+_LONGEST_GAP = 4.0  # of a text's height: larger gaps end a line
+_SPACE = 0.2  # of a text's height: larger gaps are spaces
+_TURNED = 1.2  # height to width of vertical text
 
 
 def merge_labels(labels: list[Label]) -> list[Label]:
     """
-    Return labels with those joined that stand close together in a line: letters and words.
+    Return labels with close neighbours on a line merged: letters and words.
 
-    Numbers stay apart where the file writes words as a whole: those of a scale bar stand close.
+    Numbers are not merged if the file writes whole words: those of a scale bar are close.
     """
     single = sum(len(label.text) == 1 for label in labels)
     is_whole = single < _LETTERED * len(labels)
@@ -32,7 +32,7 @@ def merge_labels(labels: list[Label]) -> list[Label]:
 
 
 def _merged(labels: list[Label], axis: int, is_whole: bool) -> list[Label]:
-    """Join along x (``axis`` 0, to the right) or along y (1, upwards: texts that are turned)."""
+    """Merge along x (``axis`` 0, to the right) or along y (1, upwards: vertical text)."""
     across = 1 - axis
     result: list[Label] = []
     growing: list[Label] = []
@@ -68,7 +68,7 @@ def _gap(first: Label, second: Label, axis: int) -> float:
 
 
 def _follows(first: Label, second: Label, axis: int) -> bool:
-    """Tell whether a text goes on with another: level with it, close, of letters of its size."""
+    """Return whether ``second`` continues ``first``: aligned, close, of similar letter size."""
     across = 1 - axis
     one, two = (label.box[across + 2] - label.box[across] for label in (first, second))
     overlap = min(first.box[across + 2], second.box[across + 2]) - max(

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A page of lines, areas and texts, as PDF, SVG, DXF and IFC have it, in its own units.
+Vector page of lines, areas and texts in its own units, from PDF, SVG, DXF or IFC.
 
-A path is painted as a whole, its area first and then its outline; it consists of rings, which are
-runs of points. Later paths cover earlier ones.
+A path is painted as a whole, its area first and then its outline; it consists of rings, which
+are point sequences. Later paths cover earlier ones.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ Box = tuple[float, float, float, float]
 """Lowest x, lowest y, highest x, highest y."""
 
 MAX_POINTS = 3_000_000
-"""Numerical: drawings of more points are refused; an office floor has 10,000 to 500,000."""
+"""Numerical: drawings of more points are rejected; an office floor has 10,000 to 500,000."""
 
 MAX_NESTED = 12
-"""Numerical: blocks in blocks, forms in forms; some hold themselves, and end there."""
+"""Numerical: nesting limit of blocks and forms; it also ends recursive ones."""
 
 PALE = 200
-"""Chosen: what is nowhere darker on white paper was drawn to lie on dark one."""
+"""Chosen: a page on which nothing is darker was drawn for a dark background."""
 
 NO_PAINT: Colour = (0, 0, 0, 0)  # given
 BLACK: Colour = (0, 0, 0, 255)  # given
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)
-_FARTHEST = 1e12  # numerical: units from the origin; no building is there, and NaN is nowhere
-# Numerical: straight pieces of a Bezier curve; those of a door are half as long as wide.
+_FARTHEST = 1e12  # numerical: largest coordinate [units]; the comparison also rejects NaN
+# Numerical: segments of a Bezier curve; those of a door's arc are short enough to detect it.
 CURVE_STEPS = 12
 _POWERS = np.linspace(0.0, 1.0, CURVE_STEPS + 1)[:, None]
 # Numerical.
@@ -54,7 +54,7 @@ _BERNSTEIN = np.hstack([
 
 @dataclass(frozen=True, eq=False)
 class Canvas:
-    """Where a page comes to lie: ``A_pixel_page (2, 3)``, ``shape`` (height, width) [pixels]."""
+    """Target image of a page: ``A_pixel_page (2, 3)``, ``shape`` (height, width) [pixels]."""
 
     A_pixel_page: Array
     shape: tuple[int, int]
@@ -67,30 +67,30 @@ class Canvas:
 
 @dataclass(frozen=True, eq=False)
 class PagePicture:
-    """Pixels ``(H, W, 3)`` uint8 that lie on the page; ``A_page_picture`` (2, 3) places them."""
+    """Image ``(H, W, 3)`` uint8 on a page; ``A_page_picture`` (2, 3) places it."""
 
     pixels: NDArray[np.uint8]
     A_page_picture: Array
 
 
 Renderer = Callable[[NDArray[np.bool_], Canvas], NDArray[np.uint8]]
-"""Paints the paths chosen ``(P,)`` of a page on a canvas, with all that its format knows."""
+"""Renders the selected paths ``(P,)`` of a page on a canvas with the library of its format."""
 
 
 class UnitKind(StrEnum):
-    """What a page's units are worth."""
+    """Meaning and reliability of a page's units."""
 
-    PAPER = 'paper'  # of a sheet: how long a metre of the building is, nobody says
-    CLAIMED = 'claimed'  # of a building, but files are often wrong about them
+    PAPER = 'paper'  # of a sheet; the scale of the building is not stated
+    CLAIMED = 'claimed'  # of a building as stated by the file, often wrongly
     TRUE = 'true'
 
 
 @dataclass(frozen=True)
 class Ring:
     """
-    A run of points of a path.
+    A point sequence of a path.
 
-    ``points (N, 2)``; ``is_curve`` (N,) or one for all: the piece from a point to its next one
+    ``points (N, 2)``; ``is_curve`` (N,) or one for all: the segment from a point to the next one
     belongs to a curve; ``is_closed``: the last point is joined to the first.
     """
 
@@ -102,10 +102,10 @@ class Ring:
 @dataclass(frozen=True)
 class Paint:
     """
-    How a path is painted.
+    Graphics state of a path.
 
-    ``width`` of its outline in the page's units, 0 for a hairline; it shows inside of ``clip`` and
-    of the page's mask number ``mask`` only, -1 for none.
+    ``width`` of the outline in the page's units, 0 for a hairline. The path is clipped to ``clip``
+    and to the page's mask of index ``mask``, -1 for none.
     """
 
     fill: Colour = NO_PAINT
@@ -121,17 +121,17 @@ class Paint:
 @dataclass(frozen=True, eq=False)
 class VectorPage:
     """
-    What is drawn on a page, in its units.
+    Content of a page in its own units.
 
     ``points (V, 2)``, ``is_curve (V,)``; ``ring_start (R + 1,)`` indexes ``points``;
     ``is_closed (R,)``; ``path (R,)`` is the path of a ring. Of the paths: ``fill (P, 4)`` and
     ``stroke (P, 4)`` uint8, ``width (P,)``, ``is_dashed (P,)``, ``is_even_odd (P,)``, ``layer
     (P,)``, ``clip (P, 4)`` and ``mask (P,)``. ``masks`` are rings of points; ``labels`` have boxes
-    in the page's units; ``box`` is the paper's, None where there is none; ``unit_m`` as the format
-    states it, worth what ``unit_kind`` says; ``paper_m`` metres of paper per unit; ``A_page_file``
-    from the file's own coordinates, where the page's are others; ``renderer`` paints the page
-    better than its lines and areas tell, None where those are all; ``model`` holds the elements
-    that the file itself names, in its own coordinates, None where it names none.
+    in the page's units; ``box`` is the paper's, None if there is none; ``unit_m`` as stated by the
+    format, with reliability ``unit_kind``; ``paper_m`` metres of paper per unit; ``A_page_file``
+    from the file's own coordinates, if the page's differ; ``renderer`` paints the page better than
+    its lines and areas do, None if those are complete; ``model`` holds the elements that the file
+    states, in its own coordinates, None if it states none.
     """
 
     points: Array
@@ -163,13 +163,13 @@ class VectorPage:
     model: FloorplanModel | None = None
 
     def with_renderer(self, renderer: Renderer, is_scan: bool = False) -> VectorPage:
-        """Return the page with what paints it; ``is_scan``: the drawing is in its pictures."""
+        """Return the page with a renderer; ``is_scan``: the drawing is in the page's images."""
         return replace(self, renderer=renderer, is_scan=is_scan)
 
 
 @dataclass
 class PageBuilder:
-    """Collects the paths of a page; ``what`` names the drawing in messages."""
+    """Builder of a page from its paths; ``what`` names the drawing in messages."""
 
     what: str
     labels: list[Label] = field(default_factory=list)
@@ -186,7 +186,7 @@ class PageBuilder:
 
     def add(self, rings: Iterable[Ring], paint: Paint) -> None:
         """
-        Append a path; rings of fewer than two points or of numbers that are none are left out.
+        Append a path; rings with fewer than two points or invalid coordinates are dropped.
 
         Raises
         ------
@@ -214,7 +214,7 @@ class PageBuilder:
 
     @property
     def paths(self) -> int:
-        """How many paths there are."""
+        """Number of paths."""
         return len(self._paints)
 
     def finish(
@@ -259,9 +259,9 @@ class PageBuilder:
 
 def darkened(page: VectorPage) -> VectorPage:
     """
-    Return the page with its colours exchanged if nothing on it is darker than pale.
+    Return the page with inverted colours if nothing on it is darker than ``PALE``.
 
-    A page without a ground, under nothing but light lines, was drawn to lie on a dark one.
+    A page without a background and with light lines only was drawn for a dark background.
     """
     shown = [colour[colour[:, 3] > 0, :3] for colour in (page.fill, page.stroke)]
     if page.pictures or not sum(map(len, shown)) or np.concatenate(shown).min() <= PALE:
@@ -278,13 +278,13 @@ def bezier(controls: Sequence[Sequence[float]] | Array) -> Array:
 
 
 def narrowed(box: Box, points: Array) -> Box:
-    """Return what a clip path of these ``points (N, 2)`` leaves of a box."""
+    """Return a box clipped to the bounding box of a clip path's ``points (N, 2)``."""
     low, high = np.maximum(box[:2], points.min(axis=0)), np.minimum(box[2:], points.max(axis=0))
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def transformed(points: Array, A: Array) -> Array:
-    """Return ``points (..., 2)`` under the affine ``A (2, 3)``."""
+    """Return ``points (..., 2)`` transformed by the affine ``A (2, 3)``."""
     moved: Array = points @ A[:, :2].T + A[:, 2]
     return moved
 
@@ -299,10 +299,10 @@ def composed(A: Array, B: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 class OutlinePieces:
     """
-    The straight pieces of a page's outlines.
+    Line segments of a page's outlines.
 
-    ``ends (N, 2, 2)``; ``path (N,)``, ``ring (N,)``; ``is_curve (N,)``; a piece follows the one
-    before it where both have the same ring, except after a ring's last.
+    ``ends (N, 2, 2)``; ``path (N,)``, ``ring (N,)``; ``is_curve (N,)``; consecutive segments of
+    the same ring are connected.
     """
 
     ends: Array
@@ -312,19 +312,19 @@ class OutlinePieces:
 
     @property
     def length(self) -> Array:
-        """``(N,)``, in the page's units."""
+        """Lengths ``(N,)`` in the page's units."""
         length: Array = np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T)
         return length
 
     def __getitem__(self, chosen: NDArray[np.bool_]) -> OutlinePieces:
-        """Return the ``chosen (N,)`` pieces."""
+        """Return the ``chosen (N,)`` segments."""
         return OutlinePieces(
             self.ends[chosen], self.path[chosen], self.ring[chosen], self.is_curve[chosen]
         )
 
 
 def outline_pieces(page: VectorPage) -> OutlinePieces:
-    """Return the pieces of all paths, painted or not, in order; those of no length left out."""
+    """Return the segments of all paths in order, painted or not, without those of no length."""
     count = len(page.points)
     ring = np.repeat(np.arange(len(page.path)), np.diff(page.ring_start))
     following = np.arange(1, count + 1)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Paint what is chosen of a vector page: pure colours, no soft edges, so that tones stay tones.
+Rasterization of selected paths of a vector page in pure colours, without anti-aliasing.
 
-Only what this project needs of a renderer: areas, outlines, opacity, clipping to boxes.
+It supports what this project needs: areas, outlines, opacity, clip boxes and masks.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from fpnet_core.drawings.formats.pages import (
 from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 MIN_WIDTH_PX = 2
-"""Of lines: a hairline is a wall's face as often as not. Chosen."""
+"""Smallest width of lines: hairlines are often faces of walls. Chosen."""
 
 # Chosen, not measured:
 _MAX_WIDTH_PX = 200  # numerical
-_FAINTEST = 13  # of 255, opacity that is worth painting
-_OPAQUE = 250  # of 255
-# Numerical: pixels under areas that are see-through; more are left out.
+_FAINTEST = 13  # of 255, smallest opacity that is painted
+_OPAQUE = 250  # of 255, opacity that counts as full
+# Numerical: total pixels of transparent areas; further areas are skipped.
 _MAX_BLENDED = 2_000_000_000
-_FAR = 4.0  # numerical: image sizes outside of the image that coordinates are cut to
+_FAR = 4.0  # numerical: coordinates are clipped to this many image sizes
 
 
 def paint(
@@ -45,16 +45,16 @@ def paint(
     image: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
     """
-    Return the image ``(H, W, 3)`` of a page, on white or on what is on ``image``.
+    Return the image ``(H, W, 3)`` of a page, on white or over ``image``.
 
     Parameters
     ----------
-    page, pieces : what to paint, and its outlines
-    canvas : where to
+    page, pieces : the page and the segments of its outlines
+    canvas : the target
     is_area : (P,)
-        Paths whose area is painted if they have a colour for it.
+        Paths whose area is painted if they have a fill colour.
     is_line : (N,)
-        Pieces that are painted if their path has a colour for outlines.
+        Segments that are painted if their path has a stroke colour.
     """
     image = np.full((*canvas.shape, 3), 255, np.uint8) if image is None else image
     _paint_pictures(image, page, canvas)
@@ -83,7 +83,7 @@ def paint(
 
 
 def _runs(page: VectorPage, is_area: NDArray[np.bool_]) -> list[int]:
-    """Return where runs of paths start whose outlines can be painted at once, and the end."""
+    """Return the starts of runs of paths whose outlines can be painted at once, and the end."""
     count = len(page.width)
     style = np.column_stack([page.stroke, page.width, page.clip, page.mask])
     changes = np.flatnonzero((style[1:] != style[:-1]).any(axis=1)) + 1
@@ -95,7 +95,7 @@ def _runs(page: VectorPage, is_area: NDArray[np.bool_]) -> list[int]:
 def _is_near(
     ends: Array, page: VectorPage, path: NDArray[np.int64], canvas: Canvas
 ) -> NDArray[np.bool_]:
-    """Tell which pieces have a part on the canvas."""
+    """Return the mask of segments that reach the canvas."""
     placed = transformed(ends, canvas.A_pixel_page)
     reach = page.width[path, None] * canvas.pixels_per_unit + 1.0
     size = np.array(canvas.shape[::-1], dtype=np.float64)
@@ -105,7 +105,7 @@ def _is_near(
 
 
 def _fixed(points: Array, canvas: Canvas) -> NDArray[np.int32]:
-    """Return points [pixels] as OpenCV's fixed-point numbers, cut to what it can hold."""
+    """Return points [pixels] as OpenCV's fixed-point numbers, clipped to their range."""
     far = _FAR * max(canvas.shape)
     return fixed_point(np.clip(points, -far, far))
 
@@ -117,7 +117,7 @@ def _outside(
     part: NDArray[np.uint8],
     offset: NDArray[np.int64],
 ) -> NDArray[np.bool_] | None:
-    """Return where in ``part`` a path does not show, None where it shows everywhere."""
+    """Return where in ``part`` a path is masked out; None if it has no mask."""
     if page.mask[path] < 0:
         return None
     rings = [
@@ -183,9 +183,9 @@ def _fill(
 
 def _wound(rings: list[NDArray[np.int32]]) -> list[list[NDArray[np.int32]]]:
     """
-    Return rings in groups that the even-odd rule paints as the non-zero rule does.
+    Return rings in groups that the even-odd rule paints like the non-zero rule.
 
-    A ring against the others' sense cuts a hole; where all have one sense, each is painted whole.
+    A ring of opposite orientation cuts a hole; rings of one orientation are painted separately.
     """
     areas = [_signed_area(ring) for ring in rings]
     return [rings] if min(areas) < 0.0 < max(areas) else [[ring] for ring in rings]
@@ -199,7 +199,7 @@ def _signed_area(ring: NDArray[np.int32]) -> float:
 def _clipped(
     image: NDArray[np.uint8], page: VectorPage, path: int, canvas: Canvas
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    """Return the part of the image that a path may paint on, and its offset (x, y)."""
+    """Return the part of the image within a path's clip box, and its offset (x, y)."""
     clip = page.clip[path]
     size = np.array(canvas.shape[::-1])
     if not np.isfinite(clip).all():
@@ -223,7 +223,7 @@ def _paint_pictures(image: NDArray[np.uint8], page: VectorPage, canvas: Canvas) 
 
 
 def _on_white(colour: NDArray[np.uint8]) -> tuple[int, ...]:
-    """Return (red, green, blue) of a colour with opacity on white paper."""
+    """Return (red, green, blue) of a colour with opacity, blended with white paper."""
     opacity = float(colour[3]) / 255.0
     mixed = np.rint(255.0 * (1.0 - opacity) + colour[:3] * opacity)
     return tuple(int(part) for part in mixed)

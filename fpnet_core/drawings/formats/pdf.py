@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-PDF: paths with their widths and colours, texts with their boxes, and scans, of one page.
+Reader of PDF: paths with widths and colours, texts with boxes, and scans, of one page.
 
-PDFium reads the file; scripts, links and attachments are never touched.
+PDFium reads the file; scripts, links and attachments are ignored.
 """
 
 from __future__ import annotations
@@ -47,19 +47,19 @@ POINT_M = INCH_M / 72.0
 """Given: length of a PDF's unit on paper [m]."""
 
 _LARGEST_PAGE = 1e7  # numerical: points along a side, 3.5 km
-_MAX_PAGES = 60  # numerical: that are looked at for the one with the floorplan
-_MAX_LOOKED = 4_000  # numerical: objects of a page that are looked at for that
-_MAX_OBJECTS = 600_000  # numerical
+_MAX_PAGES = 60  # numerical: pages searched for a floorplan
+_MAX_LOOKED = 4_000  # numerical: objects of a page evaluated in that search
+_MAX_OBJECTS = 600_000  # numerical: on a page
 # Chosen, not measured:
-_SCAN_SHARE = 0.3  # of the page under a picture, for it to be a scan
-_RULED = 0.02  # of the page's diagonal, for a line to count for its being a drawing
-_SCAN_LINES = 400  # that a page with a scan counts for
-_LONGEST_TEXT = 2_000  # numerical: bytes of a text object that says something short
+_SCAN_SHARE = 0.3  # of the page covered by images, from which it is a scan
+_RULED = 0.02  # of the page's diagonal: shortest line that counts for a drawing
+_SCAN_LINES = 400  # number of lines that a scan counts for
+_LONGEST_TEXT = 2_000  # numerical: longer text objects are skipped [bytes]
 
 
 @dataclass
 class _Reader:
-    """Walks through the objects of a page."""
+    """State of the traversal of a page's objects."""
 
     raw: Any
     text_page: Any
@@ -72,13 +72,13 @@ class _Reader:
 
 
 def load_libraries() -> None:
-    """Import what reading takes, before the process may do no more than read."""
+    """Import the libraries of this reader before the process is restricted."""
     import pypdfium2.raw  # noqa: F401
 
 
 def read_pdf(path: Path, options: ReadOptions) -> VectorPage:
     """
-    Return a page of a PDF: the one that is asked for, else the one with most long lines.
+    Return a page of a PDF: the requested one, else the one with most long lines.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def _page_number(document: Any, path: Path, options: ReadOptions) -> tuple[int, 
 
 
 def _drawing_score(page: Any) -> float:
-    """Return how much a page looks like a drawing: its long lines, and a scan counts for many."""
+    """Return a page's score as a drawing: its long lines, and many for a scan."""
     from pypdfium2 import raw
 
     width, height = page.get_size()
@@ -139,7 +139,7 @@ def _read_page(page: Any, name: str) -> VectorPage:
 
     width, height = page.get_size()
     if not (0.0 < width < _LARGEST_PAGE and 0.0 < height < _LARGEST_PAGE):
-        raise MapFormatError(f'{name} has a page of {width:g} x {height:g} points; print it anew')
+        raise MapFormatError(f'{name} has a page of {width:g} x {height:g} points; print it again')
     A_top_page = _upright(page)
     reader = _Reader(raw, page.get_textpage(), PageBuilder(name), A_top_page)
     objects = [raw.FPDFPage_GetObject(page, k) for k in range(raw.FPDFPage_CountObjects(page))]
@@ -278,7 +278,7 @@ def _ring(points: list[tuple[float, float]], curve: list[bool], is_closed: bool)
 
 
 def _clip(reader: _Reader, obj: Any, A_page_form: Array, outer: Box) -> Box:
-    """Return the box that an object's clip paths leave of ``outer``."""
+    """Return the box ``outer`` clipped to an object's clip paths."""
     raw = reader.raw
     clip = raw.FPDFPageObj_GetClipPath(obj)
     count = raw.FPDFClipPath_CountPaths(clip) if clip else 0
@@ -317,7 +317,7 @@ def _area(box: Box) -> float:
 
 
 def _add_text(reader: _Reader, obj: Any, A_page_form: Array) -> None:
-    """Add a text object; those outside of the paper and those of blanks are left out."""
+    """Add a text object unless it is blank, invisible or without a finite box."""
     raw = reader.raw
     reader.others.append(obj)
     text = _text(reader, obj)
@@ -339,7 +339,7 @@ def _text(reader: _Reader, obj: Any) -> str:
 
 
 def _layer(raw: Any, obj: Any) -> str:
-    """Return the name of the optional content group that an object belongs to; CAD's layers."""
+    """Return the optional content group of an object (a CAD layer); empty if it has none."""
     for k in range(max(raw.FPDFPageObj_CountMarks(obj), 0)):
         mark = raw.FPDFPageObj_GetMark(obj, k)
         if _mark_text(raw.FPDFPageObjMark_GetName, mark) == 'OC':
@@ -356,14 +356,14 @@ def _mark_text(get: Any, *what: Any) -> str:
 
 @dataclass(frozen=True)
 class _Renderer:
-    """Lets PDFium paint the page: it knows clipping, patterns and shades."""
+    """Renderer by PDFium, which supports clipping, patterns and shadings."""
 
     reader: _Reader
     page: Any
     size: tuple[float, float]
 
     def __call__(self, is_path: NDArray[np.bool_], canvas: Canvas) -> NDArray[np.uint8]:
-        """Return the picture ``(H, W, 3)`` of the paths chosen, and of scans."""
+        """Return the image ``(H, W, 3)`` of the selected paths, and of scans."""
         raw, per_unit = self.reader.raw, canvas.pixels_per_unit
         for (obj, scale), keep in zip(self.reader.paths, is_path, strict=True):
             raw.FPDFPageObj_SetIsActive(obj, bool(keep))

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Open-RMF buildings: a level's walls, doors and floors, as its traffic editor writes them.
+Reader of Open-RMF buildings: walls, doors and floors of a level from the traffic editor.
 
-Vertices are pixels of the level's drawing (y down), or metres (y up); measurements tell how long
-a pixel is. A site reads the drawing that a level names; here the level's own lines are read.
+Vertices are pixels of the level's drawing (y down), or metres (y up); measurements give the scale
+of a pixel. A site reads the drawing that a level names; this module reads the level's own lines.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.plain_yaml import MAX_BYTES, parse_yaml
 
 WALL_M = 0.2
-"""Thickness of walls, of which the file has centre lines only [m]. Chosen."""
+"""Thickness of walls, which are centre lines in the file [m]. Chosen."""
 
-_LARGEST_PX = 1e9  # numerical: pixels of a vertex
-_LARGEST_M = 1e6  # physical: no building of it is so far from its origin
+_LARGEST_PX = 1e9  # numerical: largest coordinate of a vertex [pixels]
+_LARGEST_M = 1e6  # physical: largest distance of a building from its origin
 _SOURCE = 'Open-RMF'
-_METRES = ('cartesian_meters', 'cartesian_metres')  # given: coordinate systems
-_PIXELS = ('', 'reference_image')  # given
+_METRES = ('cartesian_meters', 'cartesian_metres')  # given: coordinate systems in metres
+_PIXELS = ('', 'reference_image')  # given: in pixels
 _KINDS = {
     'hinged': DoorKind.SWING, 'double_hinged': DoorKind.DOUBLE, 'sliding': DoorKind.SLIDING,
     'double_sliding': DoorKind.SLIDING, 'double_telescope': DoorKind.SLIDING,
@@ -46,7 +46,7 @@ _KINDS = {
 
 
 def load_libraries() -> None:
-    """Import what reading takes: nothing that this module has not."""
+    """Do nothing: this reader needs no further libraries."""
 
 
 def read_rmf(path: Path, options: ReadOptions) -> VectorPage:
@@ -73,7 +73,7 @@ def read_rmf(path: Path, options: ReadOptions) -> VectorPage:
         ) from None
     if system not in (*_PIXELS, *_METRES):
         raise MapFormatError(
-            f'{path.name}: coordinate_system {system!r} is not read; expected pixels of a drawing '
+            f'{path.name}: coordinate_system {system!r} is unknown; expected pixels of a drawing '
             'or metres'
         )
     if not any(counts):
@@ -102,7 +102,7 @@ def _model(
     if not in_metres:
         points = points * (1.0, -1.0) * metres_per_pixel(level, points)
     if not (np.abs(points) < _LARGEST_M).all():
-        raise MapFormatError(f'it has vertices more than {_LARGEST_M:g} m away')
+        raise MapFormatError(f'it has vertices more than {_LARGEST_M:g} m from the origin')
     lines = [(ends_of(wall, points), told_of(wall)) for wall in level.get('walls') or ()]
     lines = [(ends, told) for ends, told in lines if (ends[0] != ends[1]).any()]
     walls = [
@@ -134,7 +134,7 @@ def vertices_of(level: dict[str, Any]) -> Array:
     Raises
     ------
     MapFormatError
-        If one is no place.
+        If one is invalid.
     """
     told = level.get('vertices') or []
     try:
@@ -142,18 +142,18 @@ def vertices_of(level: dict[str, Any]) -> Array:
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         raise MapFormatError(f'its vertices are damaged ({detail_of(error)})') from None
     if not (np.abs(points) < _LARGEST_PX).all():
-        raise MapFormatError('it has vertices that lie nowhere')
+        raise MapFormatError('it has vertices with invalid coordinates')
     return points
 
 
 def metres_per_pixel(level: dict[str, Any], points: Array) -> float:
     """
-    Return the mean of what a level's measurements between its vertices say.
+    Return the mean scale of a level's measurements between its vertices.
 
     Raises
     ------
     MapFormatError
-        If there is none, or one is no length.
+        If there is none, or one is invalid.
     """
     scales = []
     for each in level.get('measurements') or ():
@@ -168,14 +168,14 @@ def metres_per_pixel(level: dict[str, Any], points: Array) -> float:
         scales.append(metres / length)
     if not scales:
         raise MapFormatError(
-            'it has no measurement, which tells how long a pixel is; add one in the traffic editor'
+            'it has no measurement for the scale of its pixels; add one in the traffic editor'
         )
     return float(np.mean(scales))
 
 
 def ends_of(edge: Any, points: Array) -> Array:
     """
-    Return the places (2, 2) of the two vertices of an edge.
+    Return the positions (2, 2) of the two vertices of an edge.
 
     Raises
     ------
@@ -185,22 +185,22 @@ def ends_of(edge: Any, points: Array) -> Array:
     try:
         first, second = int(edge[0]), int(edge[1])
     except (ValueError, TypeError, KeyError, IndexError, OverflowError):
-        raise MapFormatError('it has an edge that names no two vertices') from None
+        raise MapFormatError('it has an edge without two vertices') from None
     if not (0 <= first < len(points) and 0 <= second < len(points)):
         raise MapFormatError(
-            f'it joins vertices {first} and {second}; there are {len(points)} of them'
+            f'it has an edge from vertex {first} to {second}, but only {len(points)} vertices'
         )
     return points[[first, second]]
 
 
 def told_of(edge: Any) -> dict[str, Any]:
-    """Return the parameters of an edge, which are stored as [type, value]."""
+    """Return the parameters of an edge, stored as [type, value]."""
     told = edge[2] if len(edge) > 2 and isinstance(edge[2], dict) else {}
     return {key: each[1] if isinstance(each, list) else each for key, each in told.items()}
 
 
 def _thick(ends: Array) -> Array:
-    """Return the corners (4, 2) of a wall, which reaches half its thickness beyond its ends."""
+    """Return the corners (4, 2) of a wall, extended by half its thickness at both ends."""
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     longer = ends + 0.5 * WALL_M * np.array([-along, along])
     return rectangle(ModelWindow(longer, WALL_M))

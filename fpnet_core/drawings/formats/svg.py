@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-SVG: shapes with their styles, transforms and clip paths, and the pictures within the file.
+Reader of SVG: shapes with styles, transforms and clip paths, and embedded images.
 
-The file is parsed once with a strict XML parser and cleaned: nothing that refers to another file
-stays, no scripts, no entities within entities. Only the cleaned text is given to a library.
+The file is parsed with a strict XML parser and sanitized: references to other files, scripts and
+nested entities are removed or rejected. Only the sanitized text is given to a library.
 """
 
 from __future__ import annotations
@@ -43,35 +43,35 @@ from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
 PIXEL_M = INCH_M / 96.0
-"""Given: length of CSS's pixel on paper [m]."""
+"""Given: length of a CSS pixel on paper [m]."""
 
 
 _LENGTH = re.compile(r'\s*[-+.\deE]+\s*(?:px|mm|cm|in|pt|pc|%)?\s*')  # given
 _PHYSICAL = ('mm', 'cm', 'in', 'pt', 'pc')
-_MAX_PICTURE = 60_000_000  # numerical: pixels of a picture within the file
-_LETTER = 0.55  # of the letters' size, their width; chosen
+_MAX_PICTURE = 60_000_000  # numerical: largest embedded image [pixels]
+_LETTER = 0.55  # width of letters over their size; chosen
 
 
 def load_libraries() -> None:
-    """Import what reading takes, before the process may do no more than read."""
+    """Import the libraries of this reader before the process is restricted."""
     import PIL.PngImagePlugin  # noqa: F401
     import svgelements  # noqa: F401
 
 
 def read_svg(path: Path, options: ReadOptions) -> VectorPage:
     """
-    Return the drawing of an SVG or SVGZ file.
+    Return the page of an SVG or SVGZ file.
 
     Raises
     ------
     MapFormatError
-        If it is no SVG, damaged, too large, or grows when it is read.
+        If it is no SVG, damaged, too large, or expands beyond the limits.
     """
     from svgelements import Matrix
 
     clean = cleaned(parse(unpacked(path), path.name), path.name, options.layers)
     for side in ('width', 'height'):
-        if not _LENGTH.fullmatch(clean.root.get(side, '')):  # relative to a font or a window
+        if not _LENGTH.fullmatch(clean.root.get(side, '')):  # relative to a font or a viewport
             clean.root.attrib.pop(side, None)
     text = ElementTree.tostring(clean.root, encoding='unicode')
     shapes = _shapes(text, path.name)
@@ -96,7 +96,7 @@ def _affine(matrix: Any) -> Array:
 
 
 def _clips(elements: list[Any], clean: Clean) -> dict[str, tuple[Array, ...]]:
-    """Return the rings, in the page's coordinates, of each group that clips."""
+    """Return the rings of each clipping group, in the page's coordinates."""
     from svgelements import Shape
 
     found: dict[str, list[Array]] = {}
@@ -113,7 +113,7 @@ def _shapes(text: str, name: str) -> Any:
 
     try:
         shapes = SVG.parse(io.StringIO(text), ppi=96.0, reify=True)
-    except Exception as error:  # svgelements raises many kinds on damaged attributes
+    except Exception as error:  # svgelements raises many types on damaged attributes
         raise MapFormatError(
             f'{name} is a damaged SVG ({detail_of(error)}); save it again'
         ) from None
@@ -169,7 +169,7 @@ def _add(
 
 
 def _clip_of(builder: PageBuilder, clips: list[tuple[Array, ...]]) -> tuple[Box, int]:
-    """Return the box that all clip paths leave, and the mask of the innermost that is no box."""
+    """Return the intersection of all clip paths' boxes, and the innermost mask that is no box."""
     box, mask = EVERYWHERE, -1
     for rings in clips:
         box = narrowed(box, np.concatenate(rings))
@@ -181,14 +181,14 @@ def _clip_of(builder: PageBuilder, clips: list[tuple[Array, ...]]) -> tuple[Box,
 
 
 def _is_box(points: Array) -> bool:
-    """Tell whether a ring fills its box."""
+    """Return whether a ring is an axis-aligned rectangle."""
     x, y = (points - points[0]).T
     area = 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
     return bool(np.isclose(area, np.ptp(x) * np.ptp(y)))
 
 
 def _add_picture(builder: PageBuilder, shape: Any) -> None:
-    """Add a picture that lies within the file."""
+    """Add an embedded image."""
     head, _, data = str(shape.url or '').partition(',')
     if not head.endswith('base64') or shape.width is None or shape.height is None:
         return
@@ -196,7 +196,7 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
         pixels = _decoded(base64.b64decode(data, validate=False), builder.what)
     except (OSError, ValueError, SyntaxError) as error:
         raise MapFormatError(
-            f'{builder.what} holds a damaged picture ({detail_of(error)}); save it without'
+            f'{builder.what} contains a damaged image ({detail_of(error)}); remove it'
         ) from None
     A_page_user = _affine(shape.transform)
     size = _number(shape.width), _number(shape.height)
@@ -209,14 +209,14 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
 
 
 def _decoded(data: bytes, name: str) -> NDArray[np.uint8]:
-    """Return the pixels ``(H, W, 3)`` of a picture on white."""
+    """Return the pixels ``(H, W, 3)`` of an image on white."""
     from PIL import Image as PilImage
 
-    PilImage.MAX_IMAGE_PIXELS = None  # of this process: the limit is the one below
+    PilImage.MAX_IMAGE_PIXELS = None  # the limit below replaces it in this process
     with PilImage.open(io.BytesIO(data), formats=('PNG', 'JPEG', 'GIF')) as image:
         if image.width * image.height > _MAX_PICTURE:
             raise MapFormatError(
-                f'{name} holds a picture of {image.width} x {image.height} pixels: expected at '
+                f'{name} contains an image of {image.width} x {image.height} pixels: expected at '
                 f'most {_MAX_PICTURE // 1_000_000} million; scale it down'
             )
         paper = PilImage.new('RGBA', image.size, 'white')
@@ -244,9 +244,9 @@ def _is_dashed(dashes: Any) -> bool:
 
 def _rings(shape: Any) -> Iterator[Ring]:
     """
-    Yield the rings of a shape, curves as short straight pieces.
+    Yield the rings of a shape, with curves as short segments.
 
-    Rectangles and ellipses that are turned or flipped keep their transform, which a path takes.
+    The conversion to a path applies the transforms of rotated or flipped rectangles and ellipses.
     """
     from svgelements import Close, Line, Move
     from svgelements import Path as ShapePath
@@ -282,7 +282,7 @@ def _ring(points: list[tuple[float, float]], curve: list[bool], is_closed: bool)
 
 
 def _label(shape: Any) -> Label | None:
-    """Return a text; its box is estimated from its size and number of letters."""
+    """Return a label; its box is estimated from font size and number of letters."""
     text = ' '.join(str(shape.text or '').split())
     if not text:
         return None

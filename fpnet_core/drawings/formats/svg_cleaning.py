@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What of an SVG file a library may see: no entities in entities, no references elsewhere."""
+"""Sanitization of SVG files: no nested entities, no scripts, no external references."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from fpnet_core.errors import MapFormatError
 MAX_BYTES = 64 * 2**20
 """Numerical: of an SVG after unpacking."""
 NUMBER = 'data-fpnet'
-"""Attribute that numbers the elements."""
+"""Attribute with the number of an element."""
 _MAX_ELEMENTS = 300_000  # numerical
-_MAX_PATHS = 8 * 2**20  # numerical: letters of path data, half a million pieces
-_MAX_DEPTH = 900  # numerical: groups in groups; converters from PDF nest one per clip path
-# Numerical: letters of an entity; drawing programs keep their namespaces in such.
+_MAX_PATHS = 8 * 2**20  # numerical: characters of path data, half a million segments
+_MAX_DEPTH = 900  # numerical: nested groups; converters from PDF nest one per clip path
+# Numerical: characters of an entity; drawing programs store their namespaces in entities.
 _MAX_ENTITY = 1_000
 _DROPPED = frozenset({
     'script', 'foreignObject', 'animate', 'animateTransform', 'animateMotion', 'animateColor',
     'set', 'handler', 'listener', 'iframe', 'audio', 'video', 'a11y', 'metadata', 'namedview',
 })  # fmt: skip
 _PICTURES = ('data:image/png', 'data:image/jpeg', 'data:image/jpg', 'data:image/gif')
-_MAX_CLIPS = 12  # numerical: clip paths around an element that count, the innermost ones
+_MAX_CLIPS = 12  # numerical: innermost clip paths of an element that are applied
 _MAX_CLIP_SHAPES = 50  # numerical
 _CLIP = re.compile(r'(?:^|clip-path:\s*)url\(\s*["\']?#([^"\')\s]+)')
 _CLIP_SHAPES = frozenset({'path', 'rect', 'circle', 'ellipse', 'polygon', 'polyline'})
@@ -44,10 +44,10 @@ _SVG = 'http://www.w3.org/2000/svg'
 @dataclass
 class Clean:
     """
-    A cleaned tree: layers of its numbered elements, and what was left out.
+    A sanitized tree: layers of its numbered elements, and what was dropped.
 
-    ``clips`` are the numbers of the groups that clip an element: copies of clip paths in the place
-    where they apply, so that the library that places shapes places them, too.
+    ``clips`` are the numbers of the groups that clip an element: copies of clip paths next to it,
+    which the library transforms like shapes.
     """
 
     root: ElementTree.Element
@@ -61,7 +61,7 @@ class Clean:
 
 
 def unpacked(path: Path) -> bytes:
-    """Return the XML of an SVG or SVGZ file; MapFormatError where it is too large or damaged."""
+    """Return the XML of an SVG or SVGZ file; MapFormatError if it is too large or damaged."""
     data = path.read_bytes() if path.stat().st_size <= MAX_BYTES else b''
     if data[:2] == b'\x1f\x8b':
         try:
@@ -77,7 +77,7 @@ def unpacked(path: Path) -> bytes:
 
 
 def parse(data: bytes, name: str) -> ElementTree.Element:
-    """Return the tree of an XML text; entities that hold entities or files are refused."""
+    """Return the tree of an XML text; nested and external entities are rejected."""
     builder = ElementTree.TreeBuilder()
     parser = expat.ParserCreate(namespace_separator='}')
     depth, count = 0, 0
@@ -100,8 +100,8 @@ def parse(data: bytes, name: str) -> ElementTree.Element:
     def entity(key: str, is_parameter: int, value: str | None, *_: str | None) -> None:
         if is_parameter or value is None or '&' in value or len(value) > _MAX_ENTITY:
             raise MapFormatError(
-                f'{name} defines the entity {key[:40]!a}, which grows or refers to another file; '
-                'save it as plain SVG'
+                f'{name} defines the entity {key[:40]!a}, which expands or refers to another '
+                'file; save it as plain SVG'
             )
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -127,17 +127,17 @@ def _local(element: ElementTree.Element) -> str:
 
 def cleaned(root: ElementTree.Element, name: str, wanted: Iterable[str] = ()) -> Clean:
     """
-    Return what a library may see of a document; MapFormatError where that is no SVG.
+    Return the sanitized document; MapFormatError if it is no SVG.
 
-    Groups that ``wanted`` names, and all within, are layers of that name, shown if hidden.
+    Groups named in ``wanted``, and all within, are layers of that name, shown even if hidden.
     """
     if _local(root) != 'svg':
-        raise MapFormatError(f'{name} is XML, but no SVG: its root is {_local(root)[:40]!a}')
+        raise MapFormatError(f'{name} is XML, but not SVG: its root is {_local(root)[:40]!a}')
     clean = Clean(root, wanted=frozenset(each.casefold() for each in wanted))
     for element in root.iter():
         clean.by_id[element.get('id', '')] = element
         if _local(element) == 'path':
-            element.attrib.setdefault('d', '')  # letters for a space have none; libraries need one
+            element.attrib.setdefault('d', '')  # glyphs of spaces have none; libraries need one
     _clean_element(clean, root, '', ())
     _refuse_growth(root, name)
     return clean
@@ -180,7 +180,7 @@ def _numbered(clean: Clean, element: ElementTree.Element) -> str:
 
 
 def _clip_copy(clean: Clean, parent: ElementTree.Element, element: ElementTree.Element) -> str:
-    """Put a copy of an element's clip path beside it and return its number; empty if none."""
+    """Insert a copy of an element's clip path beside it; return its number, empty if none."""
     match = _CLIP.search(element.get('clip-path') or element.get('style') or '')
     source = clean.by_id.get(match.group(1)) if match else None
     if source is None or _local(source) != 'clipPath' or len(source) > _MAX_CLIP_SHAPES:
@@ -205,7 +205,7 @@ def _is_inside(href: str) -> bool:
 
 
 def _refers_inside(style: str | None) -> bool:
-    """Tell whether every ``url()`` of a style is a place in the file itself."""
+    """Return whether every ``url()`` of a style refers to the file itself."""
     parts = (style or '').split('url(')[1:]
     return all(part.lstrip(' \'"').startswith('#') for part in parts)
 
@@ -216,7 +216,7 @@ def _is_hidden(element: ElementTree.Element) -> bool:
 
 
 def _show(clean: Clean, element: ElementTree.Element) -> None:
-    """Show an element that is hidden, if its name is wanted."""
+    """Show a hidden element if its name is wanted."""
     if clean.wanted and _is_hidden(element) and _wanted(clean, _names(element)):
         element.attrib.pop('display', None)
         element.set('style', _HIDING.sub('', element.get('style', '')))
@@ -227,16 +227,16 @@ def _names(element: ElementTree.Element) -> list[str]:
 
 
 def _wanted(clean: Clean, names: list[str]) -> str:
-    """Return the name that is wanted; empty if none is. Of classes each word is one."""
+    """Return the wanted name, empty if none is; each word of a class is a name."""
     every = [*names, *(word for name in names for word in name.split())]
     return next((name for name in every if name.casefold() in clean.wanted), '')
 
 
 def _layer(clean: Clean, element: ElementTree.Element, parent: str) -> str:
     """
-    Return the layer of an element: its own name if that says what it is, else its group's.
+    Return the layer of an element: its own name if recognized, else that of its group.
 
-    One that is wanted holds all that is in it, whatever parts of it are named.
+    A wanted layer holds all elements in it, whatever their names.
     """
     if parent.casefold() in clean.wanted:
         return parent
@@ -251,7 +251,7 @@ def _layer(clean: Clean, element: ElementTree.Element, parent: str) -> str:
 
 
 def _refuse_growth(root: ElementTree.Element, name: str) -> None:
-    """Refuse trees that ``use`` makes grow without bounds, as by uses of uses or of themselves."""
+    """Reject trees that expand without bounds by nested or recursive ``use``."""
     by_id = {element.get('id'): element for element in root.iter() if element.get('id')}
     sizes: dict[str, int] = {}
 
@@ -259,7 +259,7 @@ def _refuse_growth(root: ElementTree.Element, name: str) -> None:
         key = element.get(NUMBER, '')
         if key in sizes:
             return sizes[key]
-        sizes[key] = _MAX_ELEMENTS + 1  # while it is being counted: a use of itself
+        sizes[key] = _MAX_ELEMENTS + 1  # while it is being counted: recursive use
         total = 1 + sum(size(child, depth + 1) for child in element)
         if _local(element) == 'use':
             href = next((v for k, v in element.attrib.items() if k.endswith('href')), '')
@@ -278,6 +278,6 @@ def _refuse_growth(root: ElementTree.Element, name: str) -> None:
         )
     if size(root, 0) > _MAX_ELEMENTS:
         raise MapFormatError(
-            f'{name} grows to more than {_MAX_ELEMENTS:,} elements when its <use> elements are '
+            f'{name} expands to more than {_MAX_ELEMENTS:,} elements when its <use> elements are '
             'replaced; save it as plain SVG'
         )

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How long a unit of a CAD file is: what the file says, checked against doors, walls and size.
+Unit of a CAD file: the stated one, checked against doors, walls and size.
 
-Many files lie: a template's millimetres stay in the header of a drawing in metres. The units in
-use differ by 2.5 at least, so that few doors tell which it is.
+Many files state a wrong unit: a template's millimetres stay in the header of a drawing in
+metres. The units in use differ by a factor of 2.5 or more, so that few doors identify the unit.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ _PRIOR = {
     'm': 0.25,
     'inch': 0.1,
     'foot': 0.05,
-}  # of files that say nothing
-_STATED = 0.9  # of files mean the unit that they state
-_SURE = 0.95  # probability at which a unit is believed
-# Typical length [m], spread of its logarithm, and nats that it may speak against a unit at most.
+}  # of files that state no unit
+_STATED = 0.9  # of files state the right unit
+_SURE = 0.95  # smallest probability of an accepted unit
+# Typical length [m], spread of its logarithm, and largest penalty of a unit [nats].
 _DOOR = (0.9, 0.22, 10.0)  # width of a leaf
 _WALL = (0.17, 0.55, 3.0)  # thickness of a wall
 _BUILDING = (40.0, 1.1, 6.0)  # long side of a building
-_IMPLAUSIBLE = 5.0  # nats against the best unit: the drawing is in none of them
+_IMPLAUSIBLE = 5.0  # penalty of the best unit from which none of them fits [nats]
 _MIN_DOORS = 2
-_LONGEST = 1500  # numerical: pieces that are compared for the thickness of walls
+_LONGEST = 1500  # numerical: segments compared for the thickness of walls
 _PARALLEL = math.radians(1.0)
-_MIN_PAIRED = 0.15  # of the lines' length has a parallel neighbour where walls are double lines
+_MIN_PAIRED = 0.15  # of the line length has a parallel neighbour if walls are double lines
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ def resolve_unit(
     pieces: OutlinePieces, walls: OutlinePieces, stated_m: float | None, size: float
 ) -> DrawingUnit:
     """
-    Return the unit of a CAD drawing; only doors speak for another one than the file states.
+    Return the unit of a CAD drawing; only doors can overrule the stated one.
 
     Parameters
     ----------
-    pieces, walls : all lines, and those that may be walls
+    pieces, walls : all segments, and those that may be walls
     stated_m : the unit that the file states [m], None if it states none
     size : long side of the drawing in its units
     """
@@ -71,7 +71,7 @@ def resolve_unit(
         candidates = {n: p * (1.0 - _STATED) / rest for n, p in candidates.items()}
         candidates[stated] = _STATED
     elif stated_m is not None:
-        return DrawingUnit(stated_m, 'its header')
+        return DrawingUnit(stated_m, 'unit of the file header')
     doors = find_doors(pieces, None, size).width
     evidence = [(size, _BUILDING)]
     thickness = None
@@ -86,27 +86,27 @@ def resolve_unit(
     total = sum(math.exp(value - top) for value in logs.values())
     best = max(logs, key=lambda n: logs[n])
     is_plausible = _support(UNITS_M[best], evidence) > -_IMPLAUSIBLE
-    unit = _worded(best, stated, 1.0 / total if is_plausible else 0.0, len(doors))
+    unit = _unit_of(best, stated, 1.0 / total if is_plausible else 0.0, len(doors))
     return replace(unit, stated_m=stated_m)
 
 
-def _worded(best: str, stated: str | None, probability: float, doors: int) -> DrawingUnit:
+def _unit_of(best: str, stated: str | None, probability: float, doors: int) -> DrawingUnit:
     if probability < _SURE or (best != stated and doors < _MIN_DOORS):
-        said = (
-            f'states {stated}, which neither doors nor walls bear out'
+        statement = (
+            f'states {stated}, which neither doors nor walls confirm'
             if stated
             else ('states no unit')
         )
-        return DrawingUnit(None, '', (f'the file {said}: its scale is taken as unknown',))
+        return DrawingUnit(None, '', (f'the file {statement}: its scale is unknown',))
     if best == stated:
         return DrawingUnit(UNITS_M[best], f'units are {best}, as the file states')
-    said = f'states {stated}' if stated else 'states no unit'
-    note = f'the file {said}, but {doors} doors say that a unit is one {best}'
-    return DrawingUnit(UNITS_M[best], f'units are {best}, by {doors} doors', (note,))
+    statement = f'states {stated}' if stated else 'states no unit'
+    note = f'the file {statement}, but {doors} door widths imply {best}'
+    return DrawingUnit(UNITS_M[best], f'units are {best}, from {doors} door widths', (note,))
 
 
 def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, float]]]) -> float:
-    """Return the log-likelihood of lengths [units] under typical lengths and their spreads."""
+    """Return the log-likelihood of a unit given lengths [units] and their typical values."""
     support = 0.0
     for length, (typical_m, spread, worst) in evidence:
         if length > 0.0:
@@ -119,7 +119,7 @@ def wall_thickness(walls: OutlinePieces) -> float | None:
     """
     Return the median distance between neighbouring parallel lines, in the drawing's units.
 
-    None where walls are not drawn as double lines. Only the longest lines are compared.
+    None if walls are not drawn as double lines. Only the longest lines are compared.
     """
     order = np.argsort(walls.length)[::-1][:_LONGEST]
     ends, length = walls.ends[order], walls.length[order]
@@ -136,7 +136,7 @@ def wall_thickness(walls: OutlinePieces) -> float | None:
 
 
 def _gap(k: int, ends: Array, direction: Array, length: Array) -> float:
-    """Return the distance from line ``k`` to the nearest parallel one beside it; inf if none."""
+    """Return the distance from line ``k`` to the nearest parallel one beside it; inf without."""
     x, y = direction[k]
     parallel = np.abs(direction @ np.array([-y, x])) < math.sin(_PARALLEL)
     away = (ends - ends[k, 0]) @ np.array([[x, -y], [y, x]])  # along, across

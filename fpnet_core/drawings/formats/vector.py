@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From a vector page to a drawing: what is a wall as far as is known, at a resolution for reading.
+Conversion of a vector page to a drawing: presumed walls, rendered at a suitable resolution.
 
-Texts, doors, hatches, dashed lines and layers of furniture are left out of the pixels; all lines
-and texts are kept beside them, since dimensions and scale bars are among them.
+Texts, doors, hatches, dashed lines and layers of furniture are not rendered; all lines and texts
+are kept beside the pixels for dimensions and scale bars.
 """
 
 from __future__ import annotations
@@ -46,38 +46,36 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 PIXEL_M = 0.025
-"""
-Edge of a pixel where a drawing's true size is known [m]: a partition has four across. Chosen.
-"""
+"""Edge of a pixel [m] if a drawing's size is known; a partition is four pixels thick. Chosen."""
 LONG_SIDE_PX = 3_000
-"""Of a drawing of unknown size: a floor of 100 m has the same pixels, then. Chosen."""
+"""Long side of a drawing of unknown size [pixels], about that of a floor of 100 m. Chosen."""
 
 _MAX_SIDE_PX = 10_000  # numerical
 _MIN_SIDE_PX = 400  # numerical
 # Chosen, not measured:
-_MARGIN = 0.06  # of the long side, white around what is drawn
-_CORE = (0.01, 0.99)  # share of the lines' length between which the drawing certainly is
-_REACH = 0.6  # of the core's size that the drawing may reach on either side; beyond are strays
-_SYMBOL_SHARE = 0.5  # of a path's length that draws a door or hatch, for all of it to be one
-_SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the paper itself
-_RECTANGLE = 0.95  # of the box around an area, for it to be a rectangle
-_UNIT_ERROR = 0.01  # of buildings whose drawing is in true units, as built
-_SOME_DOORS = 3  # that leave no doubt that a building is drawn
+_MARGIN = 0.06  # of the long side: white margin
+_CORE = (0.01, 0.99)  # quantiles of line length that bound the core of the drawing
+_REACH = 0.6  # of the core's size: reach of the drawing on either side, strays beyond
+_SYMBOL_SHARE = 0.5  # of a path's length in a door or hatch, from which all of it is one
+_SHEET_SHARE = 0.85  # of the sheet's width and height, from which an area may be the paper
+_RECTANGLE = 0.95  # of the bounding box of an area, from which it is a rectangle
+_UNIT_ERROR = 0.01  # relative, between drawings in true units and buildings as built
+_SOME_DOORS = 3  # from which the drawing certainly shows a building
 _PAPER = (255, 255, 255)
 _FEWEST_LINES = 4
-_FACE_M = 0.06  # physical: a wall's line may lie so far beyond a door's on either side
+_FACE_M = 0.06  # physical: distance of a wall's line beyond a door's on either side
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
 _BUILDING_M = (2.5, 3_000.0)
 
 
 def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> Drawing:
     """
-    Return a page as a drawing.
+    Convert a page to a drawing.
 
     Raises
     ------
     MapFormatError
-        If nothing is drawn on it, or a layer that ``options`` name is not there.
+        If nothing is drawn on it, or it lacks the layers in ``options``.
     """
     pieces = outline_pieces(page)
     if not (is_seen(page)[pieces.path].any() or page.is_scan or page.pictures):
@@ -118,7 +116,7 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
 def _other_doors(
     page: VectorPage, pieces: OutlinePieces, doors: Doors, is_line: NDArray[np.bool_]
 ) -> DoorStrokes:
-    """Return the doors on layers of doors that have no leaf."""
+    """Return the doors without a leaf on layers of doors."""
     is_named = np.array([layer_role(layer) is LayerRole.DOOR for layer in page.layers])
     is_own = (is_named[page.layer] & is_seen(page))[pieces.path] & ~doors.is_door
     found = find_door_strokes(pieces[is_own], pieces[is_line & ~is_own], page.unit_m)
@@ -133,7 +131,7 @@ def _other_doors(
 def _open(
     pixels: NDArray[np.uint8], doors: DoorStrokes, canvas: Canvas, unit_m: float | None
 ) -> None:
-    """Paint paper over what runs through doors."""
+    """Erase lines that cross doors."""
     if unit_m is not None:
         for corners in transformed(doors.corners(_FACE_M / unit_m), canvas.A_pixel_page):
             cv2.fillPoly(pixels, [fixed_point(corners)], _PAPER, cv2.LINE_8, PIXEL_BITS)
@@ -142,23 +140,23 @@ def _open(
 def _doubts(
     page: VectorPage, unit: DrawingUnit, lines: OutlinePieces, doors: int
 ) -> tuple[str, ...]:
-    """Return why this is no floorplan: a part of a machine, a mesh, a sketch of a few lines."""
+    """Return warnings that a page is no floorplan, but e.g. a machine part, a mesh or a sketch."""
     doubts = []
     if page.is_scan or page.pictures or page.model or doors >= _SOME_DOORS:
         return ()
     if len(lines.ends) < _FEWEST_LINES:
         doubts.append(f'only {len(lines.ends)} lines are drawn')
     elif _dominant_share(lines) < _LEAST_DOMINANT:
-        doubts.append('its lines run in all directions: no walls')
+        doubts.append('its lines run in all directions, unlike walls')
     if unit.stated_m is not None and unit.length_m is None and len(lines.ends):
         size_m = _size(lines, page) * unit.stated_m
         if not _BUILDING_M[0] < size_m < _BUILDING_M[1]:
-            doubts.append(f'it is {size_m:.3g} m long in the unit that it states: no building')
+            doubts.append(f'it is {size_m:.3g} m long in its stated unit: implausible')
     return tuple(doubts)
 
 
 def _dominant_share(lines: OutlinePieces) -> float:
-    """Return the share of the lines' length along the two upright directions that have most."""
+    """Return the share of line length along the two main orthogonal directions."""
     dx, dy = (lines.ends[:, 1] - lines.ends[:, 0]).T
     angle = np.mod(np.degrees(np.arctan2(dy, dx)), 90.0)
     counts = np.bincount((angle / 2.0).astype(int) % 45, lines.length, 45)
@@ -173,7 +171,7 @@ def _painted(
     is_path: NDArray[np.bool_],
     is_line: NDArray[np.bool_],
 ) -> NDArray[np.uint8]:
-    """Return the pixels; paths that draw doors and walls at once lose the doors' pieces only."""
+    """Return the pixels; of paths with both doors and walls only the doors are dropped."""
     if page.renderer is None:
         return paint(page, pieces, canvas, is_path, is_line)
     if page.is_scan:
@@ -188,7 +186,7 @@ def _painted(
 def _unit(page: VectorPage, pieces: OutlinePieces, is_wall: NDArray[np.bool_]) -> DrawingUnit:
     match page.unit_kind:
         case UnitKind.TRUE:
-            return DrawingUnit(page.unit_m, 'the file says so')
+            return DrawingUnit(page.unit_m, 'stated by the file')
         case UnitKind.CLAIMED if is_wall.any():
             walls = pieces[is_wall]
             size = _size(walls, page)
@@ -205,13 +203,13 @@ def _scale(unit: DrawingUnit, canvas: Canvas) -> DrawingScale | None:
 
 
 def _styles(page: VectorPage) -> NDArray[np.int64]:
-    """Return a number for each path's outline: its colour, width and layer."""
+    """Return a style index for each path's outline: its colour, width and layer."""
     style = np.column_stack([page.stroke, page.width.round(6), page.layer])
     return np.unique(style, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _symbols(pieces: OutlinePieces, is_symbol: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
-    """Tell which paths draw a door or hatch and little else: a leaf's edges, a door's sector."""
+    """Return the mask of paths that mostly draw a door or hatch: a leaf's edges, a sector."""
     length = np.bincount(pieces.path, pieces.length, count)
     of_symbols = np.bincount(pieces.path, pieces.length * is_symbol, count)
     symbols: NDArray[np.bool_] = of_symbols > _SYMBOL_SHARE * length
@@ -226,9 +224,9 @@ def _size(pieces: OutlinePieces, page: VectorPage) -> float:
 
 def content_box(points: Array, weights: Array) -> Box:
     """
-    Return the box of ``points (N, 2)``, without those far from where most of the weight is.
+    Return the box of ``points (N, 2)``, without those far from most of the weight.
 
-    CAD files often hold forgotten things far away from the building.
+    CAD files often contain stray entities far from the building.
     """
     low, high = np.empty(2), np.empty(2)
     inside = np.ones(len(points), dtype=np.bool_)
@@ -247,7 +245,7 @@ def content_box(points: Array, weights: Array) -> Box:
 def _canvas(
     page: VectorPage, pieces: OutlinePieces, is_line: NDArray[np.bool_], is_area: NDArray[np.bool_]
 ) -> tuple[Canvas, list[str]]:
-    """Return where the page comes to lie: what is painted of it, with a margin."""
+    """Return the canvas around the painted part of a page with a margin, and notes."""
     box, notes = _painted_box(page, pieces, is_line, is_area)
     width, height = box[2] - box[0], box[3] - box[1]
     long_side = max(width, height)
@@ -261,7 +259,7 @@ def _canvas(
     A = np.array([[scale, 0.0, -x0 * scale], [0.0, scale, -y0 * scale]])
     if page.is_y_up:
         A[1] = [0.0, -scale, y_top * scale]
-    # Whole numbers are pixel centres, and renderers place pages at whole pixels.
+    # Integers are pixel centres, and renderers place pages at whole pixels.
     A[:, 2] = np.rint(A[:, 2]) - 0.5
     return Canvas(A, (shape[0], shape[1])), notes
 
@@ -295,9 +293,9 @@ def _painted_box(
 
 def _is_paper(page: VectorPage) -> NDArray[np.bool_]:
     """
-    Tell which paths are the sheet's background: a rectangle of its size, without an outline.
+    Return the mask of the sheet's background: rectangles of its size without an outline.
 
-    Walls that are filled reach around the sheet as well, with rooms cut out of them.
+    Filled walls may reach around the sheet as well, but have rooms cut out of them.
     """
     if page.box is None or not len(page.path):
         return np.zeros(len(page.width), dtype=np.bool_)
@@ -313,7 +311,7 @@ def _is_paper(page: VectorPage) -> NDArray[np.bool_]:
 
 
 def _ring_areas(page: VectorPage) -> NDArray[np.float64]:
-    """Return the area that each ring encloses."""
+    """Return the area of each ring."""
     count = np.diff(page.ring_start)
     following = np.arange(1, len(page.points) + 1)
     following[page.ring_start[1:] - 1] = page.ring_start[:-1]

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read a vector drawing in a process of its own, with limits, as it may have been made to do harm.
+Sandboxed reader of vector drawings: a subprocess with limits, as files may be malicious.
 
-The process may take so much memory and processor time, write no file, start nothing and open no
-connection. What it found comes back as plain arrays.
+The process has limited memory and processor time; it may write no file, start no program and
+open no connection. Its result comes back as plain arrays.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from fpnet_core.drawings.types import (
 from fpnet_core.errors import MapFormatError
 
 MEMORY_BYTES = 1_600 * 2**20
-"""Numerical: of the process that reads, beside what the one that asked takes."""
+"""Numerical: memory of the subprocess."""
 CPU_S = 15
-"""Numerical: processor time for a drawing [s]."""
+"""Numerical: processor time of the subprocess [s]."""
 
-_WAIT_S = 120.0  # numerical: by the clock, on a machine that does other things as well
-_REFUSED = 3  # given: exit status of a process that says why on its standard output
-_RECURSION = 8_000  # numerical: calls within calls: groups in groups, each a few
+_WAIT_S = 120.0  # numerical: wall clock time of the subprocess on a busy machine
+_REFUSED = 3  # given: exit status with an error message on standard output
+_RECURSION = 8_000  # numerical: recursion limit; each nested group takes a few calls
 _FORBIDDEN = (
     'os.system', 'os.exec', 'os.fork', 'os.forkpty', 'os.posix_spawn', 'os.spawn',
     'subprocess.Popen', 'socket.connect', 'socket.getaddrinfo', 'socket.bind', 'urllib.Request',
@@ -52,12 +52,12 @@ _STROKES = ('ends', 'width', 'colour', 'path', 'is_curve', 'layer')
 
 def read_apart(path: Path, kind: str, options: ReadOptions) -> Drawing:
     """
-    Return a drawing that another process has read.
+    Return a drawing, read by a subprocess.
 
     Raises
     ------
     MapFormatError
-        If the reader refuses it, takes too much time or memory, or dies of it.
+        If the reader rejects it, exceeds its limits or crashes.
     """
     request = json.dumps({
         'path': str(path.absolute()), 'kind': kind, 'options': asdict(options), 'cpu_s': CPU_S,
@@ -82,14 +82,14 @@ def read_apart(path: Path, kind: str, options: ReadOptions) -> Drawing:
 
 
 def _reason(path: Path, done: subprocess.CompletedProcess[bytes]) -> str:
-    """Return why a process ended without a drawing."""
+    """Return the error message for a process that ended without a drawing."""
     if done.returncode == _REFUSED:
         return done.stdout.decode('utf-8', errors='replace')
     if done.returncode in (-24, -9):  # SIGXCPU, SIGKILL at the hard limit
         return _too_long(path)
     return (
         f'{path.name} cannot be read: it is damaged, or takes more than '
-        f'{MEMORY_BYTES // 2**20} MB of memory; export the storey anew, without hatches'
+        f'{MEMORY_BYTES // 2**20} MB of memory; export the storey again without hatches'
     )
 
 
@@ -101,10 +101,10 @@ def _too_long(path: Path) -> str:
 
 
 def main() -> None:
-    """Read what the command line asks for and write it to the standard output."""
+    """Read the drawing requested on the command line and write it to standard output."""
     out = os.fdopen(os.dup(1), 'wb')
     null = os.open(os.devnull, os.O_RDWR)
-    for descriptor in (1, 2):  # libraries print
+    for descriptor in (1, 2):  # libraries print to them
         os.dup2(null, descriptor)
     request = json.loads(sys.argv[1])
     _limit(request['cpu_s'])
@@ -120,21 +120,21 @@ def _limit(cpu_s: int) -> None:
 
 def _forbid(event: str, _: Any) -> None:
     if event in _FORBIDDEN:
-        raise PermissionError(f'a drawing may not do this: {event}')
+        raise PermissionError(f'blocked while reading a drawing: {event}')
 
 
 def _answer(request: dict[str, Any], out: BinaryIO) -> int:
-    """Write the drawing, or why there is none; return the exit status."""
+    """Write the drawing or an error message; return the exit status."""
     options = ReadOptions(**{key: _tuples(value) for key, value in request['options'].items()})
     try:
-        _seal(request['kind'])
+        _load_and_restrict(request['kind'])
         drawing = read_here(Path(request['path']), request['kind'], options)
         data, status = pack(drawing), 0
     except MapFormatError as error:
         data, status = str(error).encode(), _REFUSED
     except MemoryError:
         data, status = b'', 1
-    except Exception as error:  # libraries raise many kinds on damaged files
+    except Exception as error:  # libraries raise many exception types on damaged files
         data, status = _damaged(request, error).encode(), _REFUSED
     out.write(data)
     out.close()
@@ -144,22 +144,22 @@ def _answer(request: dict[str, Any], out: BinaryIO) -> int:
 def _damaged(request: dict[str, Any], error: Exception) -> str:
     kind, name = request['kind'].upper(), Path(request['path']).name
     detail = f'{type(error).__name__}: {detail_of(error)}'
-    return f'{name} is a damaged {kind} file ({detail}); export it anew'
+    return f'{name} is a damaged {kind} file ({detail}); export it again'
 
 
 def _tuples(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _seal(kind: str) -> None:
-    """Load what reads such files, and forbid this process all that a drawing needs not."""
+def _load_and_restrict(kind: str) -> None:
+    """Import the reader of a format, then block all operations that it does not need."""
     importlib.import_module(f'fpnet_core.drawings.formats.{kind}').load_libraries()
     sys.addaudithook(_forbid)
     sys.setrecursionlimit(_RECURSION)
 
 
 def read_here(path: Path, kind: str, options: ReadOptions) -> Drawing:
-    """Return a drawing that this process reads, without limits: only of files that are trusted."""
+    """Return a drawing, read in this process without limits; for trusted files only."""
     from fpnet_core.drawings.formats.vector import drawing_of
 
     module = importlib.import_module(f'fpnet_core.drawings.formats.{kind}')
@@ -168,7 +168,7 @@ def read_here(path: Path, kind: str, options: ReadOptions) -> Drawing:
 
 
 def pack(drawing: Drawing) -> bytes:
-    """Return a drawing as the bytes of an archive of arrays."""
+    """Return a drawing serialized as an NPZ archive."""
     arrays: dict[str, Any] = {'pixels': drawing.pixels, 'A_pixel_image': drawing.A_pixel_image}
     if drawing.strokes is not None:
         arrays.update({name: getattr(drawing.strokes, name) for name in _STROKES})
@@ -191,7 +191,7 @@ def pack(drawing: Drawing) -> bytes:
 
 
 def unpack(data: bytes) -> Drawing:
-    """Return the drawing that ``pack`` has packed."""
+    """Return the drawing from the output of :func:`pack`."""
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     facts = json.loads(arrays.pop('facts').tobytes())

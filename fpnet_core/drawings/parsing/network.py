@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The network that parses pictures, evaluated by OpenCV.
+Inference of the parser network with OpenCV.
 
-It tells what each pixel shows: one of the ``K`` classes of :mod:`fpnet_core.io.pixel_classes`.
-It tells the scale of a picture as well. It answers for text and furniture, too, which nothing
-uses yet.
+The network returns the probability of each of the ``K`` classes of
+:mod:`fpnet_core.io.pixel_classes` per pixel, and the distribution of the scale. It also has
+outputs for text and furniture, which are not used yet.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from fpnet_core.io.weights import read_onnx
 from fpnet_core.segmentation.scale_model import ScalePrior
 
 CONTEXT = len(CLASSES) + 1
-"""Given: channels of an earlier answer: its probabilities, and where there is one."""
+"""Given: channels of an earlier result: class probabilities, and a mask of where it is valid."""
 
 CHANNELS = 3 + CONTEXT
-"""Given: red, green, blue and an earlier answer."""
+"""Given: red, green, blue and an earlier result."""
 
 STRIDE = 64
-"""Given: pictures are padded to a multiple of so many pixels."""
+"""Given: images are padded to multiples of this many pixels."""
 
 SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
-"""Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
+"""Given: number of bins of metres per pixel; centres of the outer bins, spaced geometrically."""
 
 PARSER_SCHEMA = 1
-"""Given: grows when the picture that the network sees is made otherwise."""
+"""Given: incremented when the input of the network is prepared differently."""
 
 PARSER_NAME = 'parser.onnx.xz'
 
-_MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
+_MIDDLE, _SPREAD = 0.75, 0.25  # numerical: normalization of brightness in [0, 1]; paper is bright
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +56,15 @@ def parse(
     pixels: NDArray[np.uint8], context: Chances | None = None, network: Any | None = None
 ) -> Parsed:
     """
-    Return what ``pixels (H, W, 3)`` show.
+    Return the class probabilities and the scale of ``pixels (H, W, 3)``.
 
     Parameters
     ----------
-    pixels : the picture
+    pixels : the image
     context : (CONTEXT, H, W)
-        An earlier answer for the same pixels, its last channel 1 where there is one; None where
-        there is none.
-    network : of :func:`network_from`; None for the packaged one
+        Class probabilities of an earlier pass for the same pixels; the last channel is 1 where
+        they are valid. None for a first pass.
+    network : from :func:`network_from`; None for the packaged one
     """
     height, width = pixels.shape[:2]
     network = network or packaged_parser()
@@ -75,7 +75,7 @@ def parse(
 
 
 def _pooled(votes: Chances) -> ScalePrior:
-    """Return the scale of a picture from places' votes (SCALE_BINS + 1, h, w) and weights."""
+    """Return the scale of an image from local votes and weights (SCALE_BINS + 1, h, w)."""
     bins = np.log(np.geomspace(*SCALE_M, SCALE_BINS))
     weights = _softmax(votes[-1].ravel())
     logs = votes[:-1].reshape(SCALE_BINS, -1) @ weights
@@ -112,7 +112,7 @@ def network_from(data: bytes, manifest: dict[str, Any]) -> Any:
     Raises
     ------
     WeightsError
-        If it is for other classes.
+        If it has other classes.
     """
     if manifest['network'].get('classes') != list(CLASSES):
         raise WeightsError(

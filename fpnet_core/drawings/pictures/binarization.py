@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is ink on a drawing: darker than its surroundings, whatever the colour and the shading.
+Contrast of ink on a drawing: darker than its surroundings, whatever the colour and shading.
 
-A line stands out from what is beside it, be that paper, a coloured fill or the shadow of a hand;
-a fill does not. Levels of contrast are 0 to 255, as a share of the brightness around.
+A line contrasts with its surroundings, be it paper, a coloured fill or the shadow of a hand; a
+fill does not. Levels of contrast are 0 to 255, relative to the brightness around a pixel.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from fpnet_core.raster.windows import border_of
 Levels = NDArray[np.uint8]
 
 # Chosen, not measured:
-_REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
+_REACH_SHARE = 1.0 / 50.0  # of the longer side: thickest wall found by contrast alone
 _LEAST_REACH_PX = 9
-_DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: noise grows there
-_MASS = 150  # so much darker than the paper is ink even where it fills an area
-_PAPER_PX = 96  # numerical: the paper's brightness is looked at in so small a picture
-_PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
-_TABLE_PX = 320  # numerical: a sheet on a table is looked for in so small a picture
-_LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
-_BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
-_BRIGHTER = 1.3  # times as bright as the table is the sheet
-_SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
-_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
+_DARK_FLOOR = 64.0  # lower bound of the surroundings' grey level: relative noise grows below it
+_MASS = 150  # contrast to the paper from which filled areas are ink as well
+_PAPER_PX = 96  # numerical: longer side of the image for the paper's brightness
+_PAPER_REACH = 0.3  # of that image: dark areas larger than this are dark paper
+_TABLE_PX = 320  # numerical: longer side of the image for detecting a sheet on a table
+_LINE_REACH = 0.03  # of that image: thicker than lines and walls
+_BRIGHT_EDGE = 0.35  # of the image border may be as bright as the sheet
+_BRIGHTER = 1.3  # smallest brightness of the sheet over that of the table
+_SHEET_SHARE, _CONVEX = 0.25, 0.93  # smallest share of the sheet in the image, and in its hull
+_LEVELS, _LEVEL_REACH = 4, 3  # grey levels of a clean image, and their half-width
 
 
 def brightest(pixels: Levels) -> Levels:
-    """Return the level (H, W) of each pixel's brightest channel."""
+    """Return the maximum (H, W) of each pixel's channels."""
     return _levels(reduce(cv2.max, cv2.split(pixels)))
 
 
 def colourfulness(pixels: Levels) -> Levels:
-    """Return how far apart (H, W) each pixel's channels are."""
+    """Return the maximum minus minimum (H, W) of each pixel's channels."""
     channels = cv2.split(pixels)
     return _levels(cv2.subtract(reduce(cv2.max, channels), reduce(cv2.min, channels)))
 
@@ -54,37 +54,48 @@ def brightness(pixels: Levels) -> Levels:
 
 
 def commonest_levels(grey: Levels) -> list[tuple[int, float]]:
-    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
+    """
+    Return the commonest grey levels with the shares of pixels near each.
+
+    A level is a peak of the smoothed histogram: the shades that a JPEG or a scanner makes of one
+    level are no further levels.
+    """
     count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
     found = []
     for _ in range(_LEVELS):
         near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
         level = int(near.argmax())
         found.append((level, float(near[level])))
-        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
+        count[level - _downhill(near[level::-1]) : level + _downhill(near[level:]) + 1] = 0.0
     return found
+
+
+def _downhill(height: NDArray[np.float64]) -> int:
+    """Return the number of steps over which ``height (N,)`` does not rise from its start."""
+    rises = np.flatnonzero(np.diff(height) > 0.0)
+    return int(rises[0]) if len(rises) else len(height) - 1
 
 
 def contrast(pixels: Levels) -> Levels:
     """
-    Return how much darker (H, W) each pixel is than what lies around it, 0 to 255.
+    Return how much darker (H, W) each pixel is than its surroundings, 0 to 255.
 
     Parameters
     ----------
     pixels : (H, W, 3)
-        Dark lines on a lighter ground. The channel with the most contrast counts, so that
-        yellow lines on white are lines.
+        Dark lines on a lighter background. The channel with the most contrast counts, so that
+        yellow lines on white are detected.
     """
     found = _mass(pixels)
     for channel in _channels(pixels):
         np.maximum(found, _share_darker(channel, paper_around(channel)), out=found)
     found[_table(pixels)] = 0
-    # The brightest pixel around is brighter than the paper by the noise.
+    # Subtract noise: the brightest pixel nearby is brighter than the paper.
     return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
 
 
 def paper_around(pixels: Levels) -> Levels:
-    """Return pixels (H, W) or (H, W, C) without darker lines that are no thicker than walls."""
+    """Return pixels (H, W) or (H, W, C) without darker lines up to the thickness of walls."""
     reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
     return _levels(cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, square(reach)))
 
@@ -100,7 +111,7 @@ def sheet_outline(pixels: Levels) -> NDArray[np.float64] | None:
 
 
 def _table(pixels: Levels) -> NDArray[np.bool_]:
-    """Return what a photographed sheet (H, W) lies on."""
+    """Return the mask (H, W) of the table around a photographed sheet."""
     small = _small(pixels, _TABLE_PX)
     hull = _sheet_on_table(small)
     if hull is None:
@@ -113,7 +124,7 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
 
 
 def _sheet_on_table(small: Levels) -> NDArray[np.int32] | None:
-    """Return the hull (V, 1, 2) of a bright, plain shape that is darker all around, or None."""
+    """Return the hull (V, 1, 2) of a bright convex shape on a darker background, or None."""
     grey = _grey(small)
     side = max(3, round(_LINE_REACH * max(grey.shape)))
     plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, square(side))
@@ -146,9 +157,9 @@ def _share_darker(level: Levels, around: Levels) -> Levels:
 
 def _mass(pixels: Levels) -> Levels:
     """
-    Return the contrast of what is far darker than the paper in every colour, 0 elsewhere.
+    Return the contrast of areas far darker than the paper in every channel, 0 elsewhere.
 
-    A room filled with pure red is dark to the eye and no wall.
+    One bright channel suffices to exclude an area: a room filled with pure red is no wall.
     """
     grey = brightest(pixels)
     small = _small(grey, _PAPER_PX)

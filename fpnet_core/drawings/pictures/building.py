@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The building on a sheet as the parser sees it, pixel by pixel.
+Segmentation of the building on a sheet by the parser network.
 
-The first look at the whole sheet tells where buildings are. The second, at one building as finely
-as its walls need, knows what the first one saw, and tells wall, window, doorway and floor.
+A coarse pass over the whole sheet locates buildings. A fine pass over one building, at the
+resolution that its walls need and with the coarse pass as context, classifies its pixels.
 """
 
 from __future__ import annotations
@@ -35,51 +35,47 @@ Pixels = NDArray[np.uint8]
 
 SHEET_PX = (400, 800)
 """
-The longer sides of the pictures in which the network looks for the building: of (400), (512),
-(640), (1024), these and three others the best on 40 sheets of the tune half. Chosen.
+Longer sides of the images of the coarse pass: of (400), (512), (640), (1024), these and three
+others the best on 40 sheets of the development split. Chosen.
 """
 
 BUILDING_PX = (500, 1300)
-"""
-The longer side of the building in the picture that walls are read from, and between them. Chosen.
-"""
+"""Smallest and largest longer side of the building in the image of the fine pass. Chosen."""
 
 WALL_PX = 6.0
-"""so large that its walls are as thick as this in the mean. Chosen."""
+"""Mean thickness of walls in the image of the fine pass, within these limits. Chosen."""
 
 FINAL_PX = 1600
-"""
-The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
-"""
+"""Largest longer side of the map, at which edges of walls are refined on the drawing. Chosen."""
 
 # Chosen, not measured:
-_WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
-_LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
-_STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
-_LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
-_MARGIN = 0.04  # of the building's longer side is looked at around it
-_SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
-_WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
-# Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
-# sheets of the tune half (notes/drawings.md).
+_WING_SHARE = 0.03  # of the building's longer side: largest distance of its parts
+_LINE_SHARE = 0.008  # of an image's longer side: thinner areas are no buildings
+_STOREY_SHARE = 0.3  # of the largest building's area: others of this size are storeys
+_LEAST_SHARE = 0.002  # smallest share of the sheet that counts as a building
+_MARGIN = 0.04  # of the building's longer side: margin of the fine pass
+_SPECK_SHARE = 0.006  # of the building's longer side: shorter components are not walls
+_WALL_SHARE = 0.06  # of the building's longer side: largest distance of a wall from floor
+# Weight of walls over floor, as a hole in a wall joins two rooms; fitted to ten wrong and ten
+# right sheets of the development split (notes/drawings.md).
 _WALLS_COUNT = 2.5
-_FAINT = 0.15  # probability of a line that shuts off a space in a small picture
-_SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
-_SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
-_EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
-_SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
+_FAINT = 0.15  # probability of a line that bounds a space in the coarse pass
+_SURELY, _HARDLY = 0.7, 0.2  # probabilities of wall and other pixels whose levels are compared
+_SHARP_PX = 2.0  # error of wall edges in pixels of the network
+_EDGE = 0.2  # of an image's contrast: smaller changes over that distance are no edges
+_SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # of solid walls: contrast; spread of levels over it
 _LEAST = 1e-3  # numerical
 
 
 @dataclass(frozen=True, eq=False)
 class SeenBuilding:
     """
-    A building as the parser sees it.
+    A building as segmented by the network.
 
     ``cells (H, W)`` with row 0 at the top, ``chances (K, H, W)`` of each class there, and
-    ``first_chances (K, H, W)`` by the first look alone; ``H_cell_pixel (3, 3)`` maps the drawing's
-    pixels to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
-    ``chosen`` indexes them; ``scale`` is what a look tells of a cell [m].
+    ``first_chances (K, H, W)`` by the coarse pass alone; ``H_cell_pixel (3, 3)`` maps pixels of
+    the drawing to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
+    ``chosen`` indexes them; ``scale`` is the distribution of a cell's edge [m].
     """
 
     cells: NDArray[np.int8]
@@ -93,7 +89,7 @@ class SeenBuilding:
 
 def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     """
-    Return the building of a view as the parser sees it; None where it sees none.
+    Return the building of a view as segmented by the network; None if it finds none.
 
     ``storey`` is its number from 1, of several on a sheet; None takes the largest.
 
@@ -103,7 +99,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
         If there is no such storey.
     """
     shape = view.levels.shape
-    sheet, H_sheet_pixel = _first_look(view)
+    sheet, H_sheet_pixel = _coarse_pass(view)
     first = sheet.chances
     labels, boxes = _buildings(first[OUTSIDE] < LIKELY)
     if not boxes:
@@ -121,39 +117,39 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     size = (final.shape[1], final.shape[0])
     before = _moved(first, H_cell_sheet, size)
     picture, H_picture_pixel = view.shown(box, _longest(first, ground, boxes[order[chosen]]))
-    second = _look(picture, first, H_picture_pixel @ np.linalg.inv(H_sheet_pixel))
+    second = _parsed_with(picture, first, H_picture_pixel @ np.linalg.inv(H_sheet_pixel))
     fine = _enlarged(second.chances, final)
     grounds = _grown(ground, _WING_SHARE).astype(np.float32)
     near = cv2.warpPerspective(grounds, H_cell_sheet, size) > LIKELY
-    cells = _alone(_cells(fine, before, near))
+    cells = _largest(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
     scale = sheet.scale.per(1.0 / float(scale_of(H_cell_sheet[:2, :2])))
     return SeenBuilding(cells, fine, before, H_cell_pixel, in_view, chosen, scale)
 
 
-def _first_look(view: View) -> tuple[Parsed, Array]:
+def _coarse_pass(view: View) -> tuple[Parsed, Array]:
     """
-    Return what the whole sheet shows, and the map (3, 3) from a drawing's pixels.
+    Return the parse of the whole sheet, and the map (3, 3) from a drawing's pixels to it.
 
-    What a small picture shows of halls and large buildings is known to the look at a larger one.
+    The parse of a small image, which shows halls and large buildings, is the context of the next.
     """
     height, width = view.levels.shape
     seen, H_seen_pixel = None, np.eye(3)
     for longest in SHEET_PX:
         picture, H_picture_pixel = view.shown((0, 0, width, height), longest)
         H_picture_seen = H_picture_pixel @ np.linalg.inv(H_seen_pixel)
-        look = _look(picture, None if seen is None else seen.chances, H_picture_seen)
-        scale = look.scale
+        parsed = _parsed_with(picture, None if seen is None else seen.chances, H_picture_seen)
+        scale = parsed.scale
         if seen is not None:
             scale = scale.and_also(seen.scale.per(1.0 / float(scale_of(H_picture_seen[:2, :2]))))
-        seen, H_seen_pixel = Parsed(_settled(look.chances), scale), H_picture_pixel
+        seen, H_seen_pixel = Parsed(_with_halls(parsed.chances), scale), H_picture_pixel
     assert seen is not None
     return seen, H_seen_pixel
 
 
-def _settled(chances: Chances) -> Chances:
-    """Return the probabilities (K, H, W) of a sheet given which spaces are rooms."""
+def _with_halls(chances: Chances) -> Chances:
+    """Return the probabilities (K, H, W) of a sheet with enclosed halls as floor."""
     is_line = chances[WALL] + chances[WINDOW] + chances[DOOR] > _FAINT
     is_room = rooms_among_spaces(1.0 - chances[OUTSIDE], is_line, chances) & ~is_line
     found = chances.copy()
@@ -163,8 +159,8 @@ def _settled(chances: Chances) -> Chances:
     return found
 
 
-def _look(picture: Pixels, before: Chances | None, H_picture_before: Array) -> Parsed:
-    """Return what a picture shows of which ``before`` is an earlier look."""
+def _parsed_with(picture: Pixels, before: Chances | None, H_picture_before: Array) -> Parsed:
+    """Return the parse of an image, with an earlier one ``before`` as context."""
     if before is None:
         return parse(picture)
     known = np.concatenate([before, np.ones_like(before[:1])])
@@ -173,18 +169,18 @@ def _look(picture: Pixels, before: Chances | None, H_picture_before: Array) -> P
 
 
 def first_cells(seen: SeenBuilding) -> NDArray[np.int8]:
-    """Return the cells (H, W) that the first look alone would give of the same building."""
+    """Return the cells (H, W) of the same building by the coarse pass alone."""
     built = _grown(seen.cells != UNKNOWN, _WING_SHARE)
-    return _alone(_cells(seen.first_chances, seen.first_chances, built))
+    return _largest(_cells(seen.first_chances, seen.first_chances, built))
 
 
 def _moved(chances: Chances, H: Array, size: tuple[int, int]) -> Chances:
-    """Return channels (K, H, W) of another picture of ``size``, its width first."""
+    """Return channels (K, H, W) mapped by ``H`` to an image of ``size`` (width, height)."""
     return np.stack([np.asarray(cv2.warpPerspective(c, H, size), np.float32) for c in chances])
 
 
 def _enlarged(chances: Chances, picture: Pixels) -> Chances:
-    """Return the probabilities for each pixel of a larger ``picture (H, W, 3)``."""
+    """Return the probabilities for a larger ``picture (H, W, 3)``, with sharp solid walls."""
     size = (picture.shape[1], picture.shape[0])
     factor = size[0] / chances.shape[2]
     shown = [cv2.resize(each, size, interpolation=cv2.INTER_LINEAR) for each in chances]
@@ -202,7 +198,7 @@ def _enlarged(chances: Chances, picture: Pixels) -> Chances:
 
 
 def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
-    """Tell whether walls are areas of one tone, darker than what is beside them."""
+    """Return whether walls have a uniform grey level, darker than their surroundings."""
     wall = solid > _SURELY
     core, beside = shrunk(wall, 1), grown(wall, 4) & (solid < _HARDLY)
     if not core.any() or not beside.any():
@@ -216,7 +212,7 @@ def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
 def _guided(
     values: NDArray[np.float32], guide: NDArray[np.float32], radius: int
 ) -> NDArray[np.float32]:
-    """Return values (H, W) smoothed but at the guide's edges (He et al., 2010, equations 5-8)."""
+    """Return values (H, W) after a guided filter (He et al., 2010, equations 5-8)."""
     side = (2 * radius + 1, 2 * radius + 1)
     mean, about = cv2.blur(guide, side), cv2.blur(values, side)
     both = cv2.blur(guide * values, side) - mean * about
@@ -227,7 +223,7 @@ def _guided(
 
 
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
-    """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
+    """Return labels (H, W) from 1 on, and boxes of the buildings, the largest first."""
     longest = max(inside.shape)
     side = 2 * round(0.5 * _LINE_SHARE * longest) + 1
     inside = opened_by(inside, square(side))
@@ -249,7 +245,7 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
 
 
 def _longest(chances: Chances, ground: Mask, box: Box) -> int:
-    """Return how long a building's picture should be, by its walls as seen on the sheet."""
+    """Return the longer side of the fine pass's image, by the walls in the coarse pass."""
     thickness = wall_cells((chances[WALL] > LIKELY) & ground)
     side = max(box[2] - box[0], box[3] - box[1])
     wanted = side * WALL_PX / max(thickness, 1.0)
@@ -258,13 +254,13 @@ def _longest(chances: Chances, ground: Mask, box: Box) -> int:
 
 def _box(mask: Mask) -> Box:
     window = window_of(mask)
-    assert window is not None, 'a building has cells'
+    assert window is not None, 'a building has at least one pixel'
     rows, cols = window
     return cols.start, rows.start, cols.stop, rows.stop
 
 
 def _reading_order(boxes: list[Box]) -> list[int]:
-    """Return the places of the boxes row by row; those that overlap in height are a row."""
+    """Return the indices of the boxes row by row; boxes that overlap in height are a row."""
     left = sorted(range(len(boxes)), key=lambda k: boxes[k][1])
     found: list[int] = []
     while left:
@@ -276,7 +272,7 @@ def _reading_order(boxes: list[Box]) -> list[int]:
 
 
 def _grown(mask: Mask, share: float) -> Mask:
-    """Return the mask dilated by a share of the picture's longer side."""
+    """Return the mask dilated by a share of the image's longer side."""
     return grown_by(mask, disc(2 * max(1, round(share * max(mask.shape))) + 1))
 
 
@@ -313,7 +309,7 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     """
     Return cells (H, W) of the building within ``near (H, W)``.
 
-    Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
+    Walls are those of the ``fine`` pass; both passes decide whether a space is a room.
     """
     is_wall, is_room = _walls_and_rooms(fine, 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), near)
     is_free = is_room & ~is_wall
@@ -323,8 +319,8 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
 
 
-def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
-    """Return the cells without what stands apart from the building."""
+def _largest(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Return the cells of the largest connected building."""
     labels, boxes = _buildings(cells != UNKNOWN)
     if not boxes:
         return np.full_like(cells, UNKNOWN)

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whether to believe a building that was found; if not, why, where on the drawing, and what to do.
+Parser warnings: whether a parse is right; if not, why, where on the drawing, and what to do.
 
-The parser tells how surely each pixel is what it was taken for. What that comes to at a room says
-how probably the room is right, and the rooms together say how probably the building is wrong, or
-the picture is none of a building at all: logistic regressions, fitted by ``fpnet train doubts``.
+Features of a room from the class probabilities of its pixels give the probability that the room
+is right. All rooms together give the probabilities that the parse is wrong, and that the image
+shows no building. The logistic regressions are fitted by ``fpnet train doubts``.
 """
 
 from __future__ import annotations
@@ -51,32 +51,32 @@ SHEET_FIGURES = (
 )  # fmt: skip
 
 # Chosen, not measured:
-_INNER_CELLS = 2  # so far from its walls a room's inside begins
-_LINE_CELLS = 4  # so much thicker are lines at the first look
-_UNSURE = 0.8  # less probable classes are not sure
-_DOUBTFUL = 0.5  # a room that is right with less
-_MOST_MARKED = 12  # places; more are no help
-_SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
-_LEAST = 0.02  # numerical: of a share, so that its log odds are finite
+_INNER_CELLS = 2  # distance from the walls at which a room's interior begins
+_LINE_CELLS = 4  # lines are this much thicker in the coarse pass
+_UNSURE = 0.8  # pixels with a less probable class are unsure
+_DOUBTFUL = 0.5  # rooms with a lower probability of being right get a warning
+_MOST_MARKED = 12  # largest number of marked regions
+_SIDE = 1.0 / 3.0  # of the building's extent is its left, right, top or bottom
+_LEAST = 0.02  # numerical: smallest probability, so that log odds are finite
 
 _PLACES = {'': 'in the middle', 'upper': 'at the top', 'lower': 'at the bottom'}
 
 _CAUSES = {
     'open': (
-        'open to the outside: a wall has a wide gap or was not seen',
+        'open to the outside: a wall has a wide gap or was not detected',
         'draw that wall in an image editor',
     ),
     'unsure': (
-        'not sure to be floor, or their walls not to be walls',
-        'give a drawing without furniture, stairs and arrows',
+        'uncertain: the network has low confidence in their floor or walls',
+        'use a drawing without furniture, stairs and arrows',
     ),
-    'rival': ('cut otherwise at a first look', 'see which is right'),
+    'rival': ('segmented differently by the coarse pass', 'compare them with the drawing'),
 }
 
 
 @dataclass(frozen=True, eq=False)
 class SheetEvidence:
-    """Of ``rooms (R, D)``, in the order of ``ROOM_FIGURES``, and of the ``whole (F,)``."""
+    """Features of ``rooms (R, D)``, as in ``ROOM_FIGURES``, and of the ``whole (F,)`` sheet."""
 
     rooms: Array
     whole: Array
@@ -85,11 +85,11 @@ class SheetEvidence:
 @dataclass(frozen=True)
 class Doubts:
     """
-    What is thought of a building that was found.
+    Parser warnings of a building.
 
-    ``wrong`` is the probability that it is; ``reasons`` are sentences, none where it is believed,
-    and ``places`` where they lie on the drawing. ``is_other`` tells that the picture seems to show
-    something else than a building.
+    ``wrong`` is the probability of a wrong parse; ``reasons`` are the warnings, one sentence each,
+    and ``places`` their regions on the drawing. ``is_other`` is true if the image seems to show
+    something other than a building.
     """
 
     wrong: float
@@ -100,7 +100,7 @@ class Doubts:
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """A logistic regression: ``mean``, ``spread`` and ``weight (D,)`` and ``bias``."""
+    """A logistic regression with ``mean``, ``spread``, ``weight (D,)`` and ``bias``."""
 
     mean: Array
     spread: Array
@@ -108,17 +108,17 @@ class Regression:
     bias: float
 
     def __call__(self, figures: Array) -> Array:
-        """Return the probability (N,) of ``figures (N, D)``."""
+        """Return the probability (N,) for features ``figures (N, D)``."""
         return np.asarray(
             expit(standardised(figures, self.mean, self.spread) @ self.weight + self.bias)
         )
 
     @classmethod
     def of(cls, stored: dict[str, Any], names: Sequence[str]) -> Regression:
-        """Return what a file holds; WeightsError if it was fitted to other figures."""
+        """Return the regression of a file; WeightsError if it was fitted to other features."""
         if stored['figures'] != list(names):
             raise WeightsError(
-                f'{DOUBTS_NAME}: other figures; fit it again with fpnet train doubts'
+                f'{DOUBTS_NAME}: fitted to other features; fit it again with fpnet train doubts'
             )
         mean, spread, weight = (np.array(stored[key]) for key in ('mean', 'spread', 'weight'))
         return cls(mean, spread, weight, float(stored['bias']))
@@ -127,9 +127,9 @@ class Regression:
 @dataclass(frozen=True, eq=False)
 class DoubtModel:
     """
-    What tells right rooms, wrong buildings, and pictures of other things than buildings.
+    Regressions for right rooms, wrong parses, and images of something other than buildings.
 
-    A building is doubted, and a picture is no floorplan, beyond a probability each.
+    ``doubted_from`` and ``other_from`` are the probabilities from which warnings are given.
     """
 
     right_room: Regression
@@ -139,16 +139,16 @@ class DoubtModel:
     other_from: float
 
     def right_rooms(self, evidence: SheetEvidence) -> Array:
-        """Return how probably (R,) each room is right."""
+        """Return the probability (R,) that each room is right."""
         return self.right_room(evidence.rooms)
 
     def wrong(self, evidence: SheetEvidence) -> float:
-        """Return how probably a building is wrong."""
+        """Return the probability that a parse is wrong."""
         figures = sheet_figures(evidence, self.right_rooms(evidence))
         return float(self.wrong_sheet(figures[None])[0])
 
     def other(self, evidence: SheetEvidence) -> float:
-        """Return how probably a picture shows something else than a building."""
+        """Return the probability that an image shows something other than a building."""
         figures = sheet_figures(evidence, self.right_rooms(evidence))
         return float(self.other_picture(figures[None])[0])
 
@@ -161,7 +161,7 @@ def packaged_doubt_model() -> DoubtModel:
 
 
 def model_of(stored: dict[str, Any]) -> DoubtModel:
-    """Return the model of a file; WeightsError if it was fitted to other figures."""
+    """Return the model of a file; WeightsError if it was fitted to other features."""
     return DoubtModel(
         Regression.of(stored['rooms'], ROOM_FIGURES),
         Regression.of(stored['sheets'], SHEET_FIGURES),
@@ -172,9 +172,9 @@ def model_of(stored: dict[str, Any]) -> DoubtModel:
 
 
 def evidence_of(found: PlanHypothesis, config: SegmentationConfig) -> SheetEvidence:
-    """Return what speaks for and against a building that the parser saw, with rooms."""
+    """Return the features of a building that the network found, with at least one room."""
     rooms, seen = found.segmentation, found.seen
-    assert seen is not None, 'a map is what it shows'
+    assert seen is not None, 'a robot map has no network output'
     first, _ = rooms_of(_first_cells(found, seen), config, found.known_factor, found.prior)
     chances, before = (_at_cells(each, found) for each in (seen.chances, seen.first_chances))
     columns = {
@@ -201,14 +201,14 @@ def evidence_of(found: PlanHypothesis, config: SegmentationConfig) -> SheetEvide
 
 
 def _first_cells(found: PlanHypothesis, seen: SeenBuilding) -> NDArray[np.int8]:
-    """Return the cells (H, W) by the first look alone, without lines that were left out."""
+    """Return the cells (H, W) of the coarse pass, without the thin lines that were removed."""
     cells = first_cells(seen)
     gone = grown((seen.cells == OCCUPIED) & (found.cells == FREE), _LINE_CELLS)
     return np.where(gone & (cells == OCCUPIED), FREE, cells).astype(np.int8)
 
 
 def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:
-    """Return the figures (F,) of a building whose rooms are ``right (R,)`` with so much."""
+    """Return the features (F,) of a building whose rooms have probabilities ``right (R,)``."""
     held = np.clip(right, _LEAST, 1.0 - _LEAST)
     odds = np.log(held / (1.0 - held))
     of_rooms = [odds.mean(), np.quantile(odds, 0.1), np.mean(right < _DOUBTFUL)]
@@ -216,10 +216,10 @@ def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:
 
 
 def doubts_of(found: PlanHypothesis, config: SegmentationConfig) -> Doubts:
-    """Return whether to believe a building that was found."""
+    """Return the parser warnings of a building."""
     rooms = found.segmentation
     if not rooms.rooms:
-        why = f'No room was found: {rooms.reason or "nothing is enclosed"}.'
+        why = f'No room was found: {rooms.reason or "summary is enclosed"}.'
         return Doubts(1.0, (why,), is_other=found.known_factor is None)
     absurd = findings(rooms)
     if found.seen is None:
@@ -227,18 +227,18 @@ def doubts_of(found: PlanHypothesis, config: SegmentationConfig) -> Doubts:
     model, evidence = packaged_doubt_model(), evidence_of(found, config)
     wrong, other = model.wrong(evidence), model.other(evidence)
     if other > model.other_from:
-        nothing = f'It seems to show something else than a floorplan (with {other:.2f}).'
-        return Doubts(wrong, (nothing, *absurd), is_other=True)
+        summary = f'It seems to show something other than a floorplan (probability {other:.2f}).'
+        return Doubts(wrong, (summary, *absurd), is_other=True)
     if wrong <= model.doubted_from:
         return Doubts(wrong, tuple(absurd))
     places = tuple(_places(found, evidence, model.right_rooms(evidence)))
-    reasons = (*absurd, *_said(places, found))
-    nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
-    return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
+    reasons = (*absurd, *_sentences(places, found))
+    summary = f'The rooms are implausible for a building (probability of an error {wrong:.2f}).'
+    return Doubts(wrong, reasons or (summary,), places[:_MOST_MARKED])
 
 
 def _at_cells(chances: Chances, found: PlanHypothesis) -> Chances:
-    """Return the probabilities (K, H, W) at the cells of the rooms, row 0 lowest."""
+    """Return the probabilities (K, H, W) at the cells of the segmentation, row 0 lowest."""
     step = stride(found.cells)
     rows, cols = found.segmentation.grid.shape
     padded = np.zeros((len(chances), rows * step, cols * step), np.float32)
@@ -273,7 +273,7 @@ def _shapes(rooms: Segmentation) -> dict[str, Array]:
 
 
 def _surfaces(rooms: Segmentation, chances: Chances, before: Chances) -> dict[str, Array]:
-    """Return what the parser sees within rooms."""
+    """Return features of the class probabilities inside rooms."""
     labels, count = rooms.labels, len(rooms.rooms)
     inner = labels * shrunk(labels > 0, _INNER_CELLS)
 
@@ -291,7 +291,7 @@ def _surfaces(rooms: Segmentation, chances: Chances, before: Chances) -> dict[st
 
 
 def _edges(rooms: Segmentation, chances: Chances) -> dict[str, Array]:
-    """Return what rooms end at: how surely at walls, and how far at nothing."""
+    """Return features of room boundaries: probability of walls, and share without a wall."""
     cells, labels, count = rooms.grid.cells, rooms.labels, len(rooms.rooms)
     solid = chances[WALL] + chances[WINDOW]
     ends, walled, bare = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1)
@@ -308,7 +308,7 @@ def _edges(rooms: Segmentation, chances: Chances) -> dict[str, Array]:
 
 
 def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
-    """Return each of ``count`` rooms' best intersection over union with a room of ``others``."""
+    """Return the best intersection over union (count,) of each room with one of ``others``."""
     width = int(others.max(initial=0)) + 1
     pairs = labels.ravel().astype(np.int64) * width + others.ravel()
     both = np.bincount(pairs, minlength=(count + 1) * width).reshape(-1, width)
@@ -319,7 +319,7 @@ def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
 
 
 def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Iterator[Doubtful]:
-    """Yield the doubtful rooms on the drawing, the surest to be wrong first."""
+    """Yield the doubtful rooms on the drawing, the least probable first."""
     for number in np.argsort(right):
         if right[number] < _DOUBTFUL:
             figures = dict(zip(ROOM_FIGURES, evidence.rooms[number].tolist(), strict=True))
@@ -333,7 +333,7 @@ def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Ite
 
 
 def _box(found: PlanHypothesis, xy: Array) -> Box:
-    """Return the box in the drawing's pixels around places (N, 2) of the plan."""
+    """Return the box in the drawing's pixels around points (N, 2) of the plan."""
     low, high = xy.min(axis=0), xy.max(axis=0)
     corners = np.array([low, [low[0], high[1]], high, [high[0], low[1]]])
     pixels = map_points(np.asarray(np.linalg.inv(found.H_plan_pixel), np.float64), corners)
@@ -341,8 +341,8 @@ def _box(found: PlanHypothesis, xy: Array) -> Box:
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
 
 
-def _said(places: Sequence[Doubtful], found: PlanHypothesis) -> Iterator[str]:
-    """Yield a sentence for each cause: how many, where, why and what to do."""
+def _sentences(places: Sequence[Doubtful], found: PlanHypothesis) -> Iterator[str]:
+    """Yield one sentence per cause: number of rooms, location, reason and remedy."""
     whole = _box(found, np.concatenate([room.polygon for room in found.segmentation.rooms]))
     for name, (why, remedy) in _CAUSES.items():
         boxes = [place.box for place in places if place.what == name]
@@ -352,7 +352,7 @@ def _said(places: Sequence[Doubtful], found: PlanHypothesis) -> Iterator[str]:
 
 
 def _where(boxes: Sequence[Box], whole: Box) -> list[str]:
-    """Return in which parts of the building boxes lie, at most two, the commonest first."""
+    """Return the parts of the building with the most boxes, at most two."""
     named: dict[str, int] = {}
     left, top, right, bottom = whole
     for box in boxes:

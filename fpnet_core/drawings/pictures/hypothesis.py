@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The building that a drawing shows: its cells, and the rooms they are cut into."""
+"""Plan hypothesis: the building in a drawing as cells and segmented rooms."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from fpnet_core.segmentation.scale_model import ScalePrior
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 NOMINAL_M = 0.05
-"""Edge of a cell where nothing is known of the scale; every figure is a ratio then. Chosen."""
+"""Nominal edge of a cell of unknown scale; all results are ratios then. Chosen."""
 
-_JUDGED_PX = 1200  # numerical: the longer side of a picture in which rooms are told
-_ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
+_SEGMENTED_PX = 1200  # numerical: longer side of the grid that is segmented
+_ROUNDS = 2  # numerical: of scale and segmentation; enough for the parser warnings
 
 
 @dataclass(frozen=True, eq=False)
 class PlanHypothesis:
     """
-    A building as it was found in a drawing.
+    A building found in a drawing.
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
-    them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``said`` is what is
-    said of the scale, at which rooms are cut then, ``known_factor`` how many true metres a nominal
-    one is by that; None if unsaid or said by a slip. ``seen`` is what the parser saw, None of a
-    robot's map; ``storeys`` are in the drawing's pixels.
+    them; ``segmentation`` is in nominal metres (:data:`NOMINAL_M` per cell) and may be coarser.
+    ``said`` is the stated scale, used for segmentation; ``known_factor`` is the number of true
+    metres per nominal metre by it, None if not stated or stated by mistake. ``seen`` is the output
+    of the network, None for a robot map; ``storeys`` are in the drawing's pixels.
     """
 
     cells: NDArray[np.int8]
@@ -54,13 +54,13 @@ class PlanHypothesis:
 
     @property
     def prior(self) -> ScalePrior | None:
-        """What the parser tells of a nominal metre."""
+        """Network's prior of true metres per nominal metre; None for a robot map."""
         return None if self.seen is None else nominal_scale(self.seen)
 
     @property
     def how(self) -> str:
-        """How it was found, in a few words."""
-        return 'walls and rooms as learned from drawings' if self.seen else 'a robot map'
+        """Method that found the building, in a few words."""
+        return 'walls and rooms segmented by the network' if self.seen else 'a robot map'
 
     @property
     def H_plan_pixel(self) -> Array:
@@ -69,12 +69,12 @@ class PlanHypothesis:
         return np.asarray(to_plan @ shrinking(1.0 / stride(self.cells)) @ self.H_cell_pixel)
 
     def with_cells(self, cells: NDArray[np.int8], config: SegmentationConfig) -> PlanHypothesis:
-        """Return the building with other cells (H, W), its rooms cut anew."""
+        """Return the building with other cells (H, W), segmented again."""
         rooms, factor = rooms_of(cells, config, self.known_factor, self.prior)
         return replace(self, cells=cells, segmentation=rooms, known_factor=factor)
 
     def cut_at(self, grid: GridMap) -> Segmentation | None:
-        """Return its rooms on a grid of its cells, None where they are not cut at its scale."""
+        """Return the segmentation on a grid of the same cells; None if made at another scale."""
         factor, metres = self.known_factor, grid.resolution / NOMINAL_M
         if stride(self.cells) > 1 or factor is None or not math.isclose(factor, metres):
             return None
@@ -91,7 +91,7 @@ def find_building(
     Raises
     ------
     MapFormatError
-        If it shows none, or not the storey that is asked for.
+        If it shows none, or lacks the requested storey.
     """
     said = SaidScale.of(drawing, options)
     part, H_part_pixel = _part(drawing.pixels, options.crop)
@@ -115,7 +115,7 @@ def find_building(
 
 
 def _part(pixels: NDArray[np.uint8], crop: Box | None) -> tuple[NDArray[np.uint8], Array]:
-    """Return what of a drawing is looked at, and the map (3, 3) from the drawing's pixels."""
+    """Return the cropped pixels, and the map (3, 3) from the drawing's pixels to them."""
     left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
     return pixels[top:bottom, left:right], cut_from(left, top)
 
@@ -132,7 +132,7 @@ def _rooms(
 
 
 def nominal_scale(seen: SeenBuilding) -> ScalePrior:
-    """Return what the parser tells of a nominal metre."""
+    """Return the network's prior of true metres per nominal metre."""
     return seen.scale.per(1.0 / NOMINAL_M)
 
 
@@ -143,11 +143,11 @@ def rooms_of(
     prior: ScalePrior | None = None,
 ) -> tuple[Segmentation, float | None]:
     """
-    Return the rooms of cells (H, W) of :data:`NOMINAL_M`, seen as coarsely as does.
+    Return the segmentation of cells (H, W) of :data:`NOMINAL_M`, reduced if large.
 
-    ``known_factor`` is how many true metres are a nominal one; it is estimated where it is not
-    known, or known by a slip of the pen, with what a ``prior`` tells of it. The second is None
-    then.
+    ``known_factor`` is the number of true metres per nominal metre. If it is None or
+    implausible, the scale is estimated with the ``prior``, and the second return value is
+    None; else it is the factor.
     """
     step = stride(cells)
     rows, cols = (-(-side // step) for side in cells.shape)
@@ -165,22 +165,22 @@ def rooms_of(
 
 
 def _is_slip(segmentation: Segmentation, factor: float) -> bool:
-    """Tell whether rooms, if there are any, are beyond doubt those of another scale."""
+    """Return whether a stated scale is a mistake: it gives no rooms, or they contradict it."""
     if not segmentation.rooms:
         return True
-    told = estimate_metres_per_unit(segmentation, factor)
+    scale = estimate_metres_per_unit(segmentation, factor)
     return replace(
-        told, factor=told.factor / factor, low=told.low / factor, high=told.high / factor
+        scale, factor=scale.factor / factor, low=scale.low / factor, high=scale.high / factor
     ).is_scale_conflict
 
 
 def stride(cells: NDArray[np.int8]) -> int:
-    """Return how many cells (H, W) of a building are one of those that its rooms are told in."""
-    return int(-(-max(cells.shape) // _JUDGED_PX))
+    """Return by how much cells (H, W) are reduced for segmentation."""
+    return int(-(-max(cells.shape) // _SEGMENTED_PX))
 
 
 def _boxed(H: Array, box: Box) -> Box:
-    """Return the box around ``box`` mapped by ``H``."""
+    """Return the bounding box of ``box`` mapped by ``H``."""
     left, top, right, bottom = box
     corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], float)
     mapped = map_points(H, corners)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How much rooms look like those of a building, in figures that need no scale."""
+"""Plausibility checks and scale-free features of segmented rooms."""
 
 from __future__ import annotations
 
@@ -22,25 +22,24 @@ FEATURES = (
 
 
 # Chosen, not measured:
-_GIANT_SHARE = 0.8  # of all area in one room, where there are others
+_GIANT_SHARE = 0.8  # of the total room area is in one of several rooms
 _FEW_ROOMS = 2
-_HALL_DOORS = 3  # rooms that open into a hall; paper and missed walls have fewer
+_HALL_DOORS = 3  # rooms with doors to a hall; paper and missed walls have fewer
 _MANY_SPECKS = 40.0  # per room
-_DOORED_SHARE = 0.4  # of a building's rooms have a door that was seen, where there are several
+_DOORED_SHARE = 0.4  # of several rooms must have a detected door
 _SEVERAL_ROOMS = 4
-_JOINED_SHARE = 0.6  # of a building's rooms are joined by doors, or belong to dwellings in a row:
-_DWELLING_ROOMS = 3  # so many rooms joined by doors may have their own door to the outside
-_DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
-_INK_SHARE = 0.6  # of a building is wall
+_JOINED_SHARE = 0.6  # of the rooms must be joined by doors, or belong to dwellings in a row
+_DWELLING_ROOMS = 3  # this many joined rooms may be a dwelling with its own outer door
+_DOOR_TO_ROOM = (0.06, 0.7)  # median door width over the root of the median room area
+_INK_SHARE = 0.6  # largest share of walls in a building
 
 
 def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -> list[str]:
     """
-    Return what no building is like, a sentence each; of a reading with rooms.
+    Return what is implausible about a segmentation with rooms, one sentence each.
 
-    Where its scale is stated, that is ``metres_per_unit`` of its own, doors to the outside count
-    as doors, and a room of any size that a door leads into may be a hall. Without a scale such a
-    room may be the paper as well.
+    If the scale is stated, as ``metres_per_unit``, doors to the outside count as doors, and a room
+    of any size with a door may be a hall. Without a scale such a room may also be the paper.
     """
     figures = dict(zip(FEATURES, features(segmentation).tolist(), strict=True))
     rooms = len(segmentation.rooms)
@@ -53,17 +52,17 @@ def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -
     has_doors = bool(segmentation.portals or ways)
     is_hall = _is_hall(segmentation, ways, _HALL_DOORS if metres_per_unit is None else 1)
     groups = _joined_rooms(segmentation)
-    said = [
+    checks = [
         (
             rooms < _FEW_ROOMS and not (metres_per_unit and is_hall),
-            'Only one room was found: walls were missed, or it is no floorplan.',
+            'Only one room was found: walls were missed, or this is not a floorplan.',
         ),
         (
             rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE and not is_hall,
             f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
             'or the paper was taken for a room.',
         ),
-        (not has_doors, 'No door was found: no building has rooms without doors.'),
+        (not has_doors, 'No door was found: they were taken for walls; draw them as gaps.'),
         (
             has_doors and not is_doored,
             f'{100.0 * (1.0 - doored):.0f} % of the rooms have no door: arcs or '
@@ -76,7 +75,7 @@ def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -
         ),
         (
             bool(segmentation.portals) and not low < ratio < high,
-            f'Doors are {np.exp(ratio):.2f} times as wide as a typical room: no building is so.',
+            f'Doors are {np.exp(ratio):.2f} times as wide as a typical room: implausible.',
         ),
         (
             figures['ink'] > _INK_SHARE,
@@ -88,11 +87,11 @@ def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -
             f'{specks:.0f} specks per room were taken for walls: texts, patterns or noise.',
         ),
     ]
-    return [sentence for is_so, sentence in said if is_so]
+    return [sentence for is_so, sentence in checks if is_so]
 
 
 def _joined_rooms(segmentation: Segmentation) -> list[set[int]]:
-    """Return the ids of rooms that doors join, a set for each group of them."""
+    """Return the groups of rooms that are joined by doors, as sets of ids."""
     groups = [{room.id} for room in segmentation.rooms]
     for portal in segmentation.portals:
         met = [group for group in groups if group & set(portal.rooms)]
@@ -102,9 +101,9 @@ def _joined_rooms(segmentation: Segmentation) -> list[set[int]]:
 
 def _are_apart(segmentation: Segmentation, groups: list[set[int]], ways: set[int]) -> bool:
     """
-    Tell whether most rooms cannot be reached: neither from the largest group nor from outside.
+    Return whether too many rooms are unreachable from the largest group and from outside.
 
-    Doors to the outside are seldom read, and dwellings in a row have no other ones in common.
+    Groups as large as a dwelling count as reachable: their outer doors are seldom detected.
     """
     outer = ways | {p.rooms[0] for p in segmentation.portals if p.rooms[1] is None}
     largest = max(groups, key=len)
@@ -118,9 +117,9 @@ def _are_apart(segmentation: Segmentation, groups: list[set[int]], ways: set[int
 
 def _is_hall(segmentation: Segmentation, ways: set[int], least: int) -> bool:
     """
-    Tell whether doors lead into the largest room, as into a hall.
+    Return whether the largest room has enough doors for a hall.
 
-    They do so from ``least`` other rooms; all that lead outside count as one.
+    At least ``least`` other rooms must have a door to it; the outside counts as one.
     """
     largest = max(segmentation.rooms, key=lambda room: room.area_m2).id
     beside = {room for p in segmentation.portals if largest in p.rooms for room in p.rooms}
@@ -128,7 +127,7 @@ def _is_hall(segmentation: Segmentation, ways: set[int], least: int) -> bool:
 
 
 def features(segmentation: Segmentation) -> Array:
-    """Return the figures (F,) of a reading, in the order of ``FEATURES``; zeros without rooms."""
+    """Return the features (F,) of rooms, in the order of ``FEATURES``; zeros without rooms."""
     rooms = segmentation.rooms
     if not rooms:
         return np.zeros(len(FEATURES))
@@ -167,7 +166,7 @@ def _sides(ring: Array) -> tuple[float, float]:
 
 
 def _specks(grid: GridMap, door: float) -> int:
-    """Count the pieces of ink that are shorter than a door is wide."""
+    """Return the number of wall components that are shorter than a door is wide."""
     _, stats = pieces_of(grid.cells == OCCUPIED)
     extent = stats[1:, 2:4].max(axis=1, initial=0) * grid.resolution
     return int(np.count_nonzero(extent < door))

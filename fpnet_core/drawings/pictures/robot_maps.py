@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots' maps that come as a picture alone: their few greys mean occupied, unknown and free."""
+"""Occupancy maps given as a bare image: its grey levels are occupied, unknown and free."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from fpnet_core.io.images import interpret
 from fpnet_core.raster.windows import border_of
 
 # Chosen, not measured:
-_COLOURED = 24  # levels between channels that a scanner's noise does not make
-_COLOUR_SHARE = 2e-3  # of a picture has colour
-_LEVELS_SHARE = 0.92  # of a map has one of its commonest levels
+_COLOURED = 24  # difference of channels above a scanner's noise
+_COLOUR_SHARE = 2e-3  # of an image has colour, unless it is a map
+_LEVELS_SHARE = 0.92  # of a map's pixels have one of its commonest levels
 _UNKNOWN = (100, 240)  # levels that may mean unknown
 _BORDER_SHARE = 0.3  # of a map's border is unknown
-_FREE_SHARE = 0.02  # of a map is brighter than that
-_NEAR = 8  # levels that are the same after compression
+_FREE_SHARE = 0.02  # of a map is brighter than unknown
+_NEAR = 8  # levels that count as equal after compression
 
 
 def map_cells(pixels: Levels, cell_m: float) -> NDArray[np.int8] | None:
     """
-    Return the cells (H, W) of ``pixels (H, W, 3)``, row 0 at the top; None of what is no map.
+    Return the cells (H, W) of ``pixels (H, W, 3)``, row 0 at the top; None if it is no map.
 
-    A drawing's paper is its brightest level; unknown space lies around what is brighter.
+    A drawing's paper is its brightest level; a map's unknown space surrounds brighter space.
     """
     if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
         return None

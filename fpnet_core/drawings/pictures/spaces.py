@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which spaces between lines are rooms: each is one or not as a whole, and lines agree with it.
+Classification of spaces between lines as rooms or outside, each as a whole.
 
-A blank hall looks like paper wherever one looks. So what the parser says of a space's ground is
-weighed with what it says of the lines around it: doors lead from rooms into a hall, windows look
-upon a courtyard, and beyond a frame there is no room.
+A blank hall looks like paper. So the class probabilities inside a space are combined with those
+of the lines around it: doors lead from rooms into a hall, windows face a courtyard, and nothing
+beyond a frame is a room.
 """
 
 from __future__ import annotations
@@ -23,33 +23,33 @@ Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
 
 LIKELY = 0.5
-"""Given: what is more probable than not."""
+"""Given: probability threshold of a binary decision."""
 
-_LEAST = 0.01  # numerical: of a probability, so that its log odds are finite
+_LEAST = 0.01  # numerical: smallest probability, so that log odds are finite
 # Chosen, not measured:
-_LEAKS, _SURELY = 0.12, 0.8  # of a space is one, and as much the other, for sure
-_GAP_PX = 5  # lines go on across narrower gaps
-_DOOR_WALLS = 2.0  # times as wide as walls are thick is the narrowest door
-# Nats for each door from a room into a space, and less for as much window between them: the
+_LEAKS, _SURELY = 0.12, 0.8  # share of both sure classes in a leaking space; limit of sure
+_GAP_PX = 5  # narrower gaps in lines are closed
+_DOOR_WALLS = 2.0  # narrowest door over the thickness of walls
+# Log odds [nats] that a door to a room adds and as much window subtracts, which is less: the
 # parser sees windows beside doors that lead into a hall, too.
 _DOOR, _WINDOW = 1.5, 0.2
 
 
 def rooms_among_spaces(inside: Chances, is_shut: Mask, chances: Chances) -> Mask:
     """
-    Return what is inside.
+    Return which pixels are in rooms.
 
     Parameters
     ----------
-    inside : (H, W), how probably each pixel is within the building
-    is_shut : (H, W), the lines that bound spaces
-    chances : (K, H, W) of what each pixel of these lines is
+    inside : (H, W), probability that a pixel is inside the building
+    is_shut : (H, W), mask of the lines that bound spaces
+    chances : (K, H, W), class probabilities of each pixel of these lines
 
     Returns
     -------
     mask : (H, W)
-        A space that lines shut off is in it or not as a whole, unless it is surely in at some
-        places and surely out at others: then it leaks, and its pixels are told one by one.
+        An enclosed space is in it or not as a whole, unless it is surely inside at some pixels
+        and surely outside at others: then it leaks, and its pixels are classified one by one.
     """
     spaces, stats = pieces_of(~closed(is_shut, _GAP_PX), connectivity=4)
     count = len(stats)
@@ -65,18 +65,18 @@ def rooms_among_spaces(inside: Chances, is_shut: Mask, chances: Chances) -> Mask
     is_ground[border_of(spaces)] = True
     mean = np.clip(mean, _LEAST, 1.0 - _LEAST)
     odds = np.log(mean / (1.0 - mean))
-    is_room = _as_lines_say(odds > 0.0, is_ground, odds, *_lines_between(spaces, chances))
+    is_room = _refined_by_doors(odds > 0.0, is_ground, odds, *_lines_between(spaces, chances))
     return np.where(leaks[spaces], inside > LIKELY, is_room[spaces])
 
 
-def _as_lines_say(
+def _refined_by_doors(
     is_room: Mask, is_ground: Mask, odds: Array, a: Labels, b: Labels, doors: Array
 ) -> Mask:
     """
-    Return which spaces (N,) are rooms given the doors and windows that rooms have towards them.
+    Return which spaces (N,) are rooms, given doors and windows from other rooms to them.
 
-    ``odds (N,)`` are those that a space's ground tells, ``doors`` how many stand between spaces
-    ``a`` and ``b``.
+    ``odds (N,)`` are log odds from the pixels of a space, ``doors`` those of the doors between
+    spaces ``a`` and ``b``.
     """
     is_room, is_settled = is_room.copy(), is_ground.copy()
     while True:
@@ -91,9 +91,9 @@ def _as_lines_say(
 
 def _lines_between(spaces: Labels, chances: Chances) -> tuple[Labels, Labels, Array]:
     """
-    Return each stretch of a line that a row or a column crosses, from either side.
+    Return all crossings of a line by a row or a column, in both directions.
 
-    The two spaces (N,) at its ends, and how many nats of a door are there.
+    These are the two spaces (N,) at its ends, and the log odds [nats] of a door there.
     """
     kinds = chances[[DOOR, WINDOW]]
     down = _across(spaces.T, kinds.transpose(0, 2, 1))
@@ -105,7 +105,7 @@ def _lines_between(spaces: Labels, chances: Chances) -> tuple[Labels, Labels, Ar
 
 
 def _across(spaces: Labels, kinds: Chances) -> Array:
-    """Return the stretches (N, 5) of lines along rows: both spaces, how long, door, window."""
+    """Return the crossings (N, 5) of lines by rows: both spaces, length, door, window."""
     flat = np.pad(spaces, ((0, 0), (1, 1)), constant_values=-1).ravel()
     edges = np.diff((flat == 0).astype(np.int8))
     begin, end = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1

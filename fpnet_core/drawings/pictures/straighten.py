@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A slight turn of a scan and the perspective of a photograph, undone by walls or by the sheet.
+Correction of a scan's rotation and a photograph's perspective by walls or the sheet's edges.
 
-Walls run in two directions square to each other. A camera that was held at an angle bends them
-by a turn of the camera, three angles; those that make most of the lines run along the sides of
-the picture are undone, if many more lines do then. Where walls are drawn by hand and do not tell,
-the edges of the sheet do, if walls are as square to each other then.
+Walls run in two orthogonal directions. The camera rotation that aligns most lines with the image
+axes (three angles and a skew) is undone if it aligns many more lines than before. If walls are
+drawn by hand and give no result, the edges of the sheet are used, provided that walls stay as
+orthogonal as before.
 """
 
 from __future__ import annotations
@@ -20,48 +20,48 @@ from fpnet_core.raster.pixels import cut_from, growth_at, map_points
 Array = NDArray[np.float64]
 Levels = NDArray[np.uint8]
 
-_LOOK_PX = 1100  # numerical: the longer side of the picture that lines are looked for in
+_DETECTION_PX = 1100  # numerical: longer side of the image for line detection
 # Chosen, not measured:
 _LINE_SHARE = 0.02  # of that side: shorter lines are letters
 _MIN_LINES = 30
-_FOCAL = 1.05  # physical: of a phone's main camera, in longer sides of its picture
-_MAX_TURN_RAD = np.radians(12.0)  # of a sheet laid askew; more was drawn like that
-_LEAST_TURN_RAD = np.radians(0.12)  # numerical: half a pixel at the end of a wall of 250
+_FOCAL = 1.05  # physical: focal length of a phone's main camera over the longer image side
+_MAX_TURN_RAD = np.radians(12.0)  # of a skewed sheet; larger angles belong to the drawing
+_LEAST_TURN_RAD = np.radians(0.12)  # numerical: half a pixel at the end of a wall of 250 pixels
 _MAX_TILT_RAD = np.radians(32.0)
 _LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
-_SIDES = 4  # given: of a sheet
+_SIDES = 4  # given: edges of a sheet
 _TILT_STEPS = 9  # numerical
 _TURNS = np.linspace(-np.pi / 4.0, np.pi / 4.0, 91)  # numerical
-# Numerical: how far off a line still counts.
+# Numerical: tolerance of aligned lines.
 _COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)
 # Chosen, not measured:
-_GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
-_LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
-_LEAST_TILT_SHARE = 0.5  # and once a tilt is: curved walls never run along them
+_GAIN = 1.25  # factor by which a tilt must increase the aligned line length
+_LEAST_SHARE = 0.35  # of the line length must be aligned after undoing a rotation
+_LEAST_TILT_SHARE = 0.5  # the same after undoing a tilt; curved walls are never aligned
 _EDGE_SHARE = 0.15  # of the longer side: shorter edges of a sheet are torn or cut corners
-_EDGE_BEND = 0.01  # of a sheet's outline may lie so far off its edges
-_RIM_SHARE = 0.01  # of the longer side: edges so near to the picture's are not the sheet's
-_SQUARE_SHARE = 0.8  # of a sheet's edges run along the sides once its tilt is undone
-_ALLOWED = 0.9  # of the walls' share in two directions stays: or the shape is no sheet
-_MAX_GROWTH = 1.6  # a picture grows by no more than this
+_EDGE_BEND = 0.01  # of the length of a sheet's outline: its deviation from straight edges
+_RIM_SHARE = 0.01  # of the longer side: edges this close to the image border are not the sheet's
+_SQUARE_SHARE = 0.8  # of a sheet's edges are aligned after undoing its tilt
+_ALLOWED = 0.9  # of the walls' aligned share must remain, else the shape is no sheet
+_MAX_GROWTH = 1.6  # largest growth of the image's sides
 
 
 def find_straightening(levels: Levels, outline: Array | None = None) -> Array:
     """
-    Return the homography (3, 3) from pixels to those of the picture straightened.
+    Return the homography (3, 3) from pixels to pixels of the straightened image.
 
     Parameters
     ----------
     levels : (H, W)
-        Contrast of lines, as of :func:`fpnet_core.drawings.pictures.binarization.contrast`.
+        Line contrast from :func:`fpnet_core.drawings.pictures.binarization.contrast`.
     outline : (V, 2)
-        Of the sheet that was photographed, x and y in pixels; None where none is seen.
+        Outline of a photographed sheet, x and y in pixels; None if no sheet is visible.
 
     Returns
     -------
-    The identity where nothing is to be undone or the lines do not tell.
+    The identity if nothing has to be corrected or the lines give no result.
     """
-    factor = min(1.0, _LOOK_PX / max(levels.shape))
+    factor = min(1.0, _DETECTION_PX / max(levels.shape))
     lines = _lines(levels, factor)
     size = np.array(levels.shape[::-1]) * factor
     angles = _best_angles(lines, size) if len(lines) >= _MIN_LINES else None
@@ -75,7 +75,7 @@ def find_straightening(levels: Levels, outline: Array | None = None) -> Array:
 
 
 def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
-    """Return width and height of the straightened picture of one of ``shape``."""
+    """Return width and height of the straightened image for an image of ``shape``."""
     corners = map_points(H, _corners(shape))
     width, height = np.ceil(corners.max(axis=0)).astype(int) + 1
     limit = (_MAX_GROWTH * np.array(shape[1::-1])).astype(int)
@@ -83,7 +83,7 @@ def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
 
 
 def _lines(levels: Levels, factor: float) -> Array:
-    """Return straight lines (N, 2, 2) in pixels of the picture reduced by ``factor``."""
+    """Return straight lines (N, 2, 2) in pixels of the image reduced by ``factor``."""
     small = cv2.resize(levels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE)
     found = detector.detect(np.asarray(255 - small, dtype=np.uint8))[0]
@@ -95,20 +95,20 @@ def _lines(levels: Levels, factor: float) -> Array:
 
 
 def _best_angles(lines: Array, size: Array) -> Array | None:
-    """Return turn, both tilts [rad] and skew that are worth undoing; None for none."""
+    """Return rotation, both tilts [rad] and skew to undo; None if there is no clear gain."""
     turned = _searched(lines, size, with_tilt=False)
     tilted = _searched(lines, size, with_tilt=True)
     as_is, share, best = (
         _aligned(angles, lines, size, _FINE_RAD) for angles in (np.zeros(4), turned, tilted)
     )
     if best > _GAIN * share and best > _LEAST_TILT_SHARE:
-        return _kept_askew(tilted)
+        return _without_large_turn(tilted)
     is_slight = _LEAST_TURN_RAD < abs(turned[0]) < _MAX_TURN_RAD
     return turned if is_slight and share > max(_LEAST_SHARE, as_is) else None
 
 
 def _edges(outline: Array, size: Array) -> Array:
-    """Return the long straight edges (N, 2, 2) of a sheet's outline (V, 2) within the picture."""
+    """Return the long straight edges (N, 2, 2) of a sheet's outline (V, 2) inside the image."""
     bend = _EDGE_BEND * cv2.arcLength(outline.astype(np.float32), True)
     corners = cv2.approxPolyDP(outline.astype(np.float32), bend, True).reshape(-1, 2)
     edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float64)
@@ -118,30 +118,30 @@ def _edges(outline: Array, size: Array) -> Array:
 
 
 def _angles_of_sheet(edges: Array, lines: Array, size: Array) -> Array | None:
-    """Return the angles (4,) that make a sheet's edges (N, 2, 2) square, if walls allow it."""
+    """Return the angles (4,) that align a sheet's edges (N, 2, 2); None if walls contradict."""
     if len(edges) != _SIDES:
         return None
     tilted = _searched(edges, size, with_tilt=True)
     if _aligned(tilted, edges, size, _FINE_RAD) < _SQUARE_SHARE:
         return None
     before, after = (_most_aligned(a, lines, size) for a in (np.zeros(4), tilted))
-    return _kept_askew(tilted) if after > _ALLOWED * before else None
+    return _without_large_turn(tilted) if after > _ALLOWED * before else None
 
 
 def _most_aligned(angles: Array, lines: Array, size: Array) -> float:
-    """Return the largest share of lines that run along two directions square to each other."""
+    """Return the largest share of line length along two orthogonal directions."""
     off = _directions(angles, lines, size)
     return float(_shares(off[:, None] + _TURNS, _length(lines)[:, None], _COARSE_RAD).max())
 
 
-def _kept_askew(angles: Array) -> Array:
-    """Return the angles (4,) without a turn so large that the building was drawn with it."""
-    is_askew = abs(angles[0]) > _MAX_TURN_RAD
-    return np.where([is_askew, False, False, False], 0.0, angles)
+def _without_large_turn(angles: Array) -> Array:
+    """Return the angles (4,) with a large rotation set to 0, as the building was drawn with it."""
+    is_drawn_turned = abs(angles[0]) > _MAX_TURN_RAD
+    return np.where([is_drawn_turned, False, False, False], 0.0, angles)
 
 
 def _searched(lines: Array, size: Array, with_tilt: bool) -> Array:
-    """Return the angles (4,) under which most of the lines run along the sides."""
+    """Return the angles (4,) that align most of the line length with the image axes."""
     tilts = np.linspace(-_MAX_TILT_RAD, _MAX_TILT_RAD, _TILT_STEPS) if with_tilt else np.zeros(1)
     best, most = np.zeros(4), -1.0
     for across in tilts:
@@ -169,7 +169,7 @@ def _refined(start: Array, lines: Array, size: Array, width: float, with_tilt: b
             return 0.0
         return -_aligned(angles, lines, size, width)
 
-    from scipy.optimize import minimize  # slow to load, and few sheets lie askew
+    from scipy.optimize import minimize  # slow to load, and few sheets are skewed
 
     found = minimize(
         loss, steps[0], method='Nelder-Mead', options={'initial_simplex': steps, 'maxfev': 300}
@@ -180,13 +180,13 @@ def _refined(start: Array, lines: Array, size: Array, width: float, with_tilt: b
 
 
 def _aligned(angles: Array, lines: Array, size: Array, width: float) -> float:
-    """Return the share of the lines' length that runs along the sides."""
+    """Return the share of line length along the image axes."""
     off = _directions(angles, lines, size)
     return float(_shares(off[:, None], _length(lines)[:, None], width)[0])
 
 
 def _shares(off: Array, length: Array, width: float) -> Array:
-    """Return for each column of angles (N, K) the share of lines near a right angle (K,)."""
+    """Return the share (K,) of lines near a multiple of 90 degrees for ``off (N, K)``."""
     off = (off + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0
     return np.asarray((np.exp(-np.square(off / width)) * length).sum(axis=0) / length.sum())
 
@@ -196,7 +196,7 @@ def _length(lines: Array) -> Array:
 
 
 def _directions(angles: Array, lines: Array, size: Array) -> Array:
-    """Return the directions [rad] of lines once the camera's turn is undone."""
+    """Return the directions [rad] of lines after undoing the camera rotation."""
     ends = map_points(_camera_turn(angles, size), lines)
     along = ends[:, 1] - ends[:, 0]
     return np.arctan2(along[:, 1], along[:, 0])
@@ -204,9 +204,9 @@ def _directions(angles: Array, lines: Array, size: Array) -> Array:
 
 def _camera_turn(angles: Array, size: Array) -> Array:
     """
-    Return the homography (3, 3) of a camera turned in its plane, across and along it [rad].
+    Return the homography (3, 3) of a camera rotated in its plane, across and along it [rad].
 
-    The fourth of ``angles`` is a skew: what is left where the focal length is another one.
+    The fourth of ``angles`` is a skew, which compensates for a wrong focal length.
     """
     focal = _FOCAL * float(size.max())
     K = np.array([[focal, 0.0, size[0] / 2.0], [0.0, focal, size[1] / 2.0], [0.0, 0.0, 1.0]])
@@ -219,7 +219,7 @@ def _camera_turn(angles: Array, size: Array) -> Array:
 
 
 def _placed(H: Array, shape: tuple[int, ...]) -> Array:
-    """Return ``H`` scaled to keep the size in the picture's middle, and moved into view."""
+    """Return ``H`` scaled to keep the size at the image centre, and shifted into view."""
     growth = growth_at(H, np.array([shape[1] / 2.0, shape[0] / 2.0]))
     H = np.diag([1.0 / growth, 1.0 / growth, 1.0]) @ H
     left, top = map_points(H, _corners(shape)).min(axis=0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How thick walls are, and which lines are too thin for walls."""
+"""Thickness of walls, and detection of lines that are too thin for walls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from fpnet_core.raster.morphology import Mask, grown, opened_by, shrunk, square
 
 THIN = 0.6
-"""Of the usual wall's thickness: what is thinner is no wall, what goes on as thick is. Chosen."""
+"""Share of the usual wall thickness: thinner lines are not walls. Chosen."""
 
 
 def wall_cells(walls: Mask) -> float:
@@ -19,7 +19,7 @@ def wall_cells(walls: Mask) -> float:
 
 
 def thin_walls(walls: Mask, side: int) -> Mask:
-    """Return which walls (H, W) are thinner than ``side`` cells."""
+    """Return the mask of walls (H, W) that are thinner than ``side`` cells."""
     if side < 2:
         return np.zeros_like(walls)
     return np.asarray(walls & ~grown(opened_by(walls, square(side)), 1))

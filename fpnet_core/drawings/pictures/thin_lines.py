@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Lines that are thinner than walls: dimensions, wires, panels of doors that slide.
+Removal of lines thinner than walls: dimensions, wires, panels of sliding doors.
 
-A reading that has them for walls is cut by them: pieces of rooms have no door, and what is drawn
-in a doorway shuts it.
+If such lines are parsed as walls, they close doorways and split rooms into parts without doors.
 """
 
 from __future__ import annotations
@@ -21,18 +20,18 @@ from fpnet_core.raster.morphology import Mask, opened_by, shrunk, square
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, Segmentation
 
-# Numerical: lines go that are as thin as so many cells.
+# Numerical: thicknesses of the lines that are removed, in cells.
 _SIDES = (2, 3, 4, 6, 8, 12)
 # Chosen, not measured:
-_USUAL_SHARE = 0.5  # of the area of all walls is that of those at least as thick as the usual one
+_USUAL_SHARE = 0.5  # of the area of walls belongs to walls that are thicker than the removed lines
 
 
 def without_thin_lines(found: PlanHypothesis, config: SegmentationConfig) -> PlanHypothesis:
     """
-    Return a building without lines that are thinner than walls, where they take rooms' doors.
+    Return a building without thin lines that separate rooms from their doors.
 
-    No more are left out than it takes, and none where fewer rooms have doors without them: then
-    they are walls. A robot's map is what it shows.
+    As few lines as needed are removed, and none if fewer rooms have doors without them: then they
+    are walls. Robot maps are returned unchanged.
     """
     if found.seen is None:
         return found
@@ -49,9 +48,9 @@ def without_thin_lines(found: PlanHypothesis, config: SegmentationConfig) -> Pla
 
 def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
     """
-    Yield cells (H, W) without ever thicker lines, as long as they are thinner than walls.
+    Yield cells (H, W) with increasingly thick lines removed, up to the thickness of walls.
 
-    Lines go as wholes: pieces that stay of one look like walls with doors between them.
+    Whole lines are removed: parts of one would look like walls with doors between them.
     """
     walls = cells == OCCUPIED
     sides = [side for side in _SIDES if _is_thin(walls, side)]
@@ -62,19 +61,19 @@ def _thinned(cells: NDArray[np.int8]) -> Iterator[NDArray[np.int8]]:
     thickness[0] = np.inf
     last = np.zeros_like(thickness, np.bool_)
     for side in sides:
-        is_gone = thickness <= side
-        if (is_gone != last).any():
-            yield np.where(is_gone[labels], FREE, cells).astype(np.int8)
-        last = is_gone
+        is_removed = thickness <= side
+        if (is_removed != last).any():
+            yield np.where(is_removed[labels], FREE, cells).astype(np.int8)
+        last = is_removed
 
 
 def _is_thin(walls: Mask, side: int) -> bool:
-    """Tell whether most of the walls (H, W) are much thicker than ``side`` cells."""
+    """Return whether most of the walls (H, W) are much thicker than ``side`` cells."""
     usual = opened_by(walls, square(round(side / THIN)))
     return bool(np.count_nonzero(usual) >= _USUAL_SHARE * np.count_nonzero(walls))
 
 
 def _counted(segmentation: Segmentation) -> tuple[int, int]:
-    """Count the rooms that have doors and those that have none."""
+    """Return the number of rooms with doors and of those without."""
     doored = {room for portal in segmentation.portals for room in portal.rooms} - {None}
     return len(doored), len(segmentation.rooms) - len(doored)

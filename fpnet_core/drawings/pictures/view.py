@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A drawing's contrast, straightened and at a workable size, with the way back to its pixels."""
+"""Straightened, reduced contrast image of a drawing with the transform to the drawing."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
-"""The longer side of the picture that a sheet is read in. Chosen."""
+"""Longer side of the image in which a sheet is parsed. Chosen."""
 
 # Chosen, not measured:
-_NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: what is drawn as near is given paper
-_UNLIKE_PAPER = 48  # levels between paper and what is drawn upon it
-_BESIDE_SHARE = 0.25  # of the edge is unlike paper where a table lies around it
-_SAMPLES = 30_000  # numerical: pixels whose median is the paper
+_NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: ink this close needs this margin
+_UNLIKE_PAPER = 48  # levels between paper and ink
+_BESIDE_SHARE = 0.25  # of the border differs from paper if a table surrounds the sheet
+_SAMPLES = 30_000  # numerical: sampled pixels, whose median is the paper
 
 
 @dataclass(frozen=True, eq=False)
 class View:
     """
-    Contrast ``levels (H, W)`` and where they are from.
+    Contrast ``levels (H, W)`` of a drawing with their transform.
 
-    ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened``
-    tells that it is more than a smaller picture. ``pixels (H, W, 3)`` are the drawing's.
+    ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened`` is
+    true if it does more than scale. ``pixels (H, W, 3)`` are the drawing's.
     """
 
     levels: Levels
@@ -45,12 +45,12 @@ class View:
 
     def shown(self, box: Box, longest: int) -> tuple[Levels, Array]:
         """
-        Return the drawing's colours within ``box`` of the view, straightened like it.
+        Return the drawing's pixels within ``box`` of the view, straightened like the view.
 
         Parameters
         ----------
         box : left, top, right, bottom in the view's pixels
-        longest : of the sides of what is returned; a drawing of fewer pixels is not enlarged
+        longest : longer side of the returned image; a smaller drawing is not enlarged
 
         Returns
         -------
@@ -75,7 +75,7 @@ class View:
         return np.asarray(picture, np.uint8), H
 
     def _reduction(self, centre: Array) -> float:
-        """Return how many of the drawing's pixels are one of the view's, at a place."""
+        """Return the edge of a pixel of the view in pixels of the drawing, at ``centre``."""
         back = np.asarray(np.linalg.inv(self.H_view_pixel), np.float64)
         return growth_at(back, centre)
 
@@ -84,10 +84,10 @@ def _shrunk_part(
     pixels: Levels, H_pixel_picture: Array, size: list[int], reduction: float
 ) -> tuple[Levels, Array]:
     """
-    Return what of ``pixels (H, W, 3)`` a picture shows, averaged to about its size.
+    Return the part of ``pixels (H, W, 3)`` that an image shows, averaged to about its size.
 
-    ``reduction`` is how many pixels are one of the picture's, along a side. The second is the map
-    (3, 3) from pixels to what is returned.
+    ``reduction`` is the edge of a pixel of the image in ``pixels``. The second return value is the
+    map (3, 3) from ``pixels`` to the returned part.
     """
     corners = np.array([[0, 0], [size[0], 0], [size[0], size[1]], [0, size[1]]], float)
     there = map_points(H_pixel_picture, corners)
@@ -102,19 +102,19 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
+_WORTH_IT = 1.2  # smaller reductions need no averaging; chosen
 
 
 def on_paper(pixels: Levels, H_pixel_drawing: Array) -> tuple[Levels, Array]:
     """
-    Return pixels with more paper around them where that was cut away.
+    Return pixels with a margin of paper if the drawing reaches the image border.
 
-    The network has learned from sheets, and takes rooms at the edge of a picture for outside.
+    The network was trained on sheets with margins and takes rooms at the border for outside.
 
     Parameters
     ----------
     pixels : (H, W, 3)
-    H_pixel_drawing : (3, 3), from a drawing's pixels to these; returned for those with paper
+    H_pixel_drawing : (3, 3), from a drawing's pixels to these; the returned one adds the margin
     """
     long_side = max(pixels.shape[:2])
     paper = np.median(pixels.reshape(-1, 3)[:: max(1, pixels.size // _SAMPLES)], axis=0)
@@ -129,7 +129,7 @@ def on_paper(pixels: Levels, H_pixel_drawing: Array) -> tuple[Levels, Array]:
 
 
 def _rim(shape: tuple[int, ...], by: int) -> NDArray[np.bool_]:
-    """Return what (H, W) is less than ``by`` pixels from the edge of a picture."""
+    """Return the mask (H, W) of pixels less than ``by`` from the image border."""
     rim = np.ones(shape, np.bool_)
     rim[by : shape[0] - by, by : shape[1] - by] = False
     return rim
@@ -137,9 +137,9 @@ def _rim(shape: tuple[int, ...], by: int) -> NDArray[np.bool_]:
 
 def view_of(pixels: Levels) -> View:
     """
-    Return the view of a drawing, turn and perspective undone.
+    Return the view of a drawing with rotation and perspective corrected.
 
-    ``pixels (H, W, 3)`` are those that are looked at.
+    ``pixels (H, W, 3)`` are those of the drawing or of its crop.
     """
     factor = min(1.0, WORK_PX / max(pixels.shape[:2]))
     size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The suite: which building, sensor and kind of plan each run of the benchmark has.
+Benchmark suite: building, sensor and kind of plan of each run.
 
-Everything follows from the suite's seed. Generated buildings cycle through layout families,
-sensors and plan groups at once; the three cycle lengths have no common factor, so that each
-meets the others evenly.
+The suite's seed determines everything. Generated buildings cycle through layout families, sensors
+and plan groups at once; the three cycle lengths have no common factor, so that all combinations
+are equally frequent.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ REPEATED_FAMILY = 'repeated'
 PLAIN_FAMILIES = tuple(
     name for name in BUILDINGS if name not in (*SYMMETRIC_FAMILIES, REPEATED_FAMILY)
 )
-"""Families without built-in symmetry or repetition: here the robot is to be found."""
+"""Families without built-in symmetry or repetition, where the pose is unique."""
 
 SENSOR_CYCLE = ('beams32', 'dome', 'beams16', 'planar', 'beams64')
 WRONG_PLANS_PER_CASE = 5
-"""So many other buildings' plans are tried on the drive of each plain building. Chosen."""
+"""Number of other buildings' plans tried on each plain building's recording. Chosen."""
 
 MESHES = {
     'aws_small_house': 'meshes_tune',
@@ -35,7 +35,7 @@ MESHES = {
     'willowgarage': 'meshes_report',
     'aws_hospital': 'meshes_report',
 }
-"""Real buildings' meshes and the half of the data that each belongs to."""
+"""Meshes of real buildings and their splits."""
 
 LOGS = ('intel', 'freiburg-079')
 # Chosen, not measured:
@@ -45,7 +45,7 @@ _SYMMETRIC_ROUNDS, _REPEATED = 4, 6
 
 
 class CaseKind(StrEnum):
-    """Where a case's scans come from."""
+    """Source of a case's scans."""
 
     GENERATED = 'generated'
     MESH = 'mesh'
@@ -53,7 +53,7 @@ class CaseKind(StrEnum):
 
 
 class Distortion(StrEnum):
-    """How the plan differs from the building."""
+    """Difference between plan and building."""
 
     EXACT = 'exact'
     STRETCHED_5 = 'stretched_5'
@@ -64,10 +64,10 @@ class Distortion(StrEnum):
 
 
 OPEN_SET_GROUPS = ('wrong_building', 'mirrored_plan')
-"""Groups in which no pose is right and every claim is false."""
+"""Groups in which no pose is right and every accepted one is false."""
 
 ROUGH_GROUP = 'rough'
-"""The drives of the plain buildings once more, on rough drawings; they count in no total."""
+"""Recordings of the plain buildings on rough drawings; they are excluded from totals."""
 
 GROUPS = (
     *Distortion,
@@ -78,7 +78,7 @@ GROUPS = (
     'logs',
     *OPEN_SET_GROUPS,
 )
-"""Names of all groups that figures are given for."""
+"""Names of all groups in the report."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ class Case:
     """
     One recording and its plan.
 
-    ``building`` is a layout family, a mesh or a log; ``wrong_cases`` numbers the plain cases
-    whose plans are tried on this drive as well, and so are a mirrored and a rough one.
+    ``building`` is a layout family, a mesh or a log; ``wrong_cases`` are numbers of plain cases
+    whose plans are also tried on this recording. The flags add a mirrored and a rough plan.
     """
 
     name: str
@@ -103,7 +103,7 @@ class Case:
 
 
 def make_suite(seed: int = 0) -> tuple[Case, ...]:
-    """Return every case, groups taking turns, so that any first part holds most of them."""
+    """Return all cases, alternating between groups, so that any prefix covers most groups."""
     plain = plain_cases(seed)
     groups: dict[str, list[Case]] = {}
     logs = [Case(name, 'logs', CaseKind.LOG, name, 0) for name in LOGS]
@@ -114,7 +114,7 @@ def make_suite(seed: int = 0) -> tuple[Case, ...]:
 
 
 def plain_cases(seed: int) -> tuple[Case, ...]:
-    """Return the generated buildings without symmetry, in the order that numbers them."""
+    """Return the generated buildings without symmetry, in order of their numbers."""
     distortions = tuple(Distortion)
     count = _ROUNDS * len(PLAIN_FAMILIES)
     return tuple(
@@ -141,7 +141,7 @@ def select(
     """
     Return the cases of some groups, at most ``limit``.
 
-    An open-set group selects the plain cases, whose drives it is run on; the rough one as well.
+    An open-set or rough group selects the plain cases whose recordings it uses.
 
     Raises
     ------
@@ -168,13 +168,13 @@ def _case_seed(seed: int, number: int) -> int:
 
 
 def _others(k: int, count: int) -> tuple[int, ...]:
-    """Number other cases: first the same family's next building, then other families."""
+    """Return numbers of other cases: the same family's next building, then other families."""
     steps = (len(PLAIN_FAMILIES), 1, 2, 5, 9)
     return tuple((k + step) % count for step in steps[:WRONG_PLANS_PER_CASE])
 
 
 def _adversarial(seed: int) -> Iterable[Case]:
-    """Symmetric buildings and such with one room over and over, their plans exact."""
+    """Yield symmetric buildings and buildings with one repeated room, with exact plans."""
     families = [*SYMMETRIC_FAMILIES * _SYMMETRIC_ROUNDS, *[REPEATED_FAMILY] * _REPEATED]
     for k, family in enumerate(families):
         yield Case(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The localizer on a drive, and what is kept of a drive for the other methods and plans."""
+"""Runs of the localizer on a recording, and the registered scans for other methods and plans."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from fpnet_lab.baselines.monte_carlo import planar_slice
 from fpnet_lab.evaluation.localization.records import MethodRun, UpdateEstimate
 
 KEEP_EVERY = 3
-"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
+"""Stride of the registered scans kept for other plans: a scan each 0.2 m. Chosen."""
 
 _KB_PER_MB = 1024.0  # given
 
 
 def registered(scans: Iterable[Scan], config: OdometryConfig) -> Iterator[Scan]:
-    """Yield the scans deskewed and with poses: those without one get it from KISS-ICP."""
+    """Yield the scans deskewed and with poses; KISS-ICP registers those without a pose."""
     odometry = KissOdometry(config)
     for scan in scans:
         points, pose = scan.points, scan.T_odom_sensor
@@ -45,23 +45,23 @@ def kept_scans(scans: Iterable[Scan], config: OdometryConfig) -> list[Scan]:
 
 
 def submap_of(scans: Iterable[Scan], config: SubmapConfig | None = None) -> Submap:
-    """Return what registered scans, one of them at least, have seen."""
+    """Return the submap of registered scans, at least one."""
     builder = SubmapBuilder(config)
     for scan in scans:
-        assert scan.T_odom_sensor is not None, 'it was registered'
+        assert scan.T_odom_sensor is not None, 'the scan is registered'
         builder.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
     submap = builder.take()
-    assert submap is not None, 'there is a scan with returns'
+    assert submap is not None, 'a scan has returns'
     return submap
 
 
 @dataclass(eq=False)
 class Registrar:
     """
-    Registers scans and keeps what later runs share.
+    Registers scans and stores the data that later runs share.
 
     ``kept`` are registered scans, one in :data:`KEEP_EVERY`; ``slices`` the planar slice of every
-    scan, sensor frame turned level [m].
+    scan in the levelled sensor frame [m].
     """
 
     config: OdometryConfig
@@ -69,9 +69,9 @@ class Registrar:
     slices: list[NDArray[np.float32]] = field(default_factory=list)
 
     def follow(self, scans: Iterable[Scan]) -> Iterator[Scan]:
-        """Yield the scans registered."""
+        """Yield the registered scans."""
         for number, scan in enumerate(registered(scans, self.config)):
-            assert scan.T_odom_sensor is not None, 'it was registered'
+            assert scan.T_odom_sensor is not None, 'the scan is registered'
             self.slices.append(planar_slice(scan.points, scan.T_odom_sensor))
             if number % KEEP_EVERY == 0:
                 self.kept.append(scan)
@@ -80,7 +80,7 @@ class Registrar:
 
 @dataclass(frozen=True, eq=False)
 class ProductRun:
-    """The localizer's run, judged like any method's, with its plan side and all outputs."""
+    """Run of the localizer as for any method, with its prepared plan and all outputs."""
 
     run: MethodRun
     replay: ReplayResult
@@ -88,7 +88,7 @@ class ProductRun:
 
     @property
     def updates(self) -> tuple[LocalizerOutput, ...]:
-        """Outputs of the ticks that had a submap to work on, in time order."""
+        """Outputs of the updates that had a submap and a match, in time order."""
         return tuple(
             o for o in self.replay.outputs if o.submap is not None and o.match is not None
         )
@@ -98,12 +98,12 @@ def run_product(
     scans: Iterable[Scan], plan: GridMap, config: FpnetConfig, update_period_s: float
 ) -> ProductRun:
     """
-    Run the localizer over registered scans, ticking in sensor time.
+    Run the localizer over registered scans, with updates in sensor time.
 
     Raises
     ------
     FpnetError
-        If the plan holds no room or the weights cannot be used.
+        If the plan has no room or the weights cannot be used.
     """
     localizer = create_localizer(config)
     localizer.set_plan(plan)
@@ -111,11 +111,11 @@ def run_product(
     result = replay(
         scans, localizer, update_period_s, on_scan=lambda: rss_mb.append(resident_mb())
     )
-    assert localizer.plan is not None  # it was set above
+    assert localizer.plan is not None  # set above
     run = MethodRun(
         published=result.published,
         odometry=result.odometry,
-        beliefs=tuple(_belief(output) for output in result.outputs),
+        beliefs=tuple(_best_estimate(output) for output in result.outputs),
         tick_ms=result.tick_ms,
         add_scan_ms=result.add_scan_ms,
         rss_mb=max(rss_mb),
@@ -126,7 +126,7 @@ def run_product(
 
 
 def resident_mb() -> float:
-    """Return the memory that this process holds [MB]; 0 where the system does not tell."""
+    """Return the resident memory of this process [MB]; 0 if the system does not report it."""
     try:
         lines = Path('/proc/self/status').read_text(encoding='ascii').splitlines()
     except OSError:
@@ -135,7 +135,7 @@ def resident_mb() -> float:
     return float(values[0]) / _KB_PER_MB if values else 0.0
 
 
-def _belief(output: LocalizerOutput) -> UpdateEstimate:
+def _best_estimate(output: LocalizerOutput) -> UpdateEstimate:
     if output.status is Status.LOCALIZED:
         return UpdateEstimate(output.stamp_ns, output.probability, output.A_plan_odom)
     if not output.estimates or output.submap is None:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Records to figures: per group, per family, in total, for the localizer and each baseline."""
+"""Figures of records: by group, by family and in total, for localizer and baselines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def report(records: Sequence[Record]) -> dict[str, Any]:
     Returns
     -------
     ``{'total', 'groups', 'families', 'sensors', 'baselines': {name: the same four}}``. Families
-    and sensors leave the open-set runs out, and all but the groups the second drawings.
+    and sensors exclude open-set runs; only the groups include the rough drawings.
     """
     methods = dict.fromkeys(record.method for record in records)
     tables = {method: _tables([r for r in records if r.method == method]) for method in methods}
@@ -37,12 +37,12 @@ def report(records: Sequence[Record]) -> dict[str, Any]:
 
 def figures(records: Sequence[Record]) -> Figures:
     """
-    Reduce runs to their figures; None where no run says anything.
+    Return the figures of several runs; None for figures without values.
 
     Recalls are shares of the runs with a right answer; ``open_set_false_claims`` and the
-    ``wrong_published`` ones are counts. Medians are taken over runs; those that published
-    nothing have no error and no path to the first pose, and count in no mean of ``nees_mean`` and
-    ``inside_95``; each run weighs the same there.
+    ``wrong_published`` figures are counts. Medians are over runs. Runs without a published pose
+    have no error and no path to the first pose. Means of ``nees_mean`` and ``inside_95`` are over
+    the runs that published poses, with equal weights.
     """
     closed = [record for record in records if not record.is_open_set]
     wrong = [record.wrong_poses for record in closed]
@@ -55,8 +55,8 @@ def figures(records: Sequence[Record]) -> Figures:
         'wrong_published_poses': int(np.sum(wrong, dtype=np.int64)),
         'median_position_error_m': median(r.median_position_error_m for r in closed),
         'median_yaw_error_deg': median(r.median_yaw_error_deg for r in closed),
-        'nees_mean': _mean(_said(r.nees_mean for r in closed)),
-        'inside_95': _mean(_said(r.inside_95 for r in closed)),
+        'nees_mean': _mean(_known(r.nees_mean for r in closed)),
+        'inside_95': _mean(_known(r.inside_95 for r in closed)),
         'open_set_false_claims': sum(r.is_open_set and r.poses > 0 for r in records),
         'ece': calibration_error([estimate for r in records for estimate in r.beliefs]),
         'tick_ms_p50': _rounded(quantile(updates, 0.5)),
@@ -68,7 +68,7 @@ def figures(records: Sequence[Record]) -> Figures:
 
 
 def calibration_error(beliefs: Sequence[tuple[float, bool]]) -> float | None:
-    """Expected calibration error over ten bins of equal width; None for no beliefs."""
+    """Return the expected calibration error over ten equal bins; None for no estimates."""
     if not beliefs:
         return None
     p, right = (np.array(column) for column in zip(*beliefs, strict=True))
@@ -92,11 +92,11 @@ def _by(records: Sequence[Record], key: Callable[[Record], str]) -> dict[str, Fi
 
 
 def median(values: Iterable[float | None]) -> float | None:
-    """Return the median of what is known, rounded; None where nothing is."""
-    return _rounded(quantile(_said(values), 0.5))
+    """Return the median of the known values, rounded; None if there are none."""
+    return _rounded(quantile(_known(values), 0.5))
 
 
-def _said(values: Iterable[float | None]) -> list[float]:
+def _known(values: Iterable[float | None]) -> list[float]:
     return [value for value in values if value is not None]
 
 

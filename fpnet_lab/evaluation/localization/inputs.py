@@ -30,10 +30,10 @@ LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
 """Tours of 40 to 60 m. Chosen."""
 
 ROOMS = (8, 60)
-"""Fewest and most of a building. Chosen."""
+"""Fewest and most rooms of a building. Chosen."""
 
 MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
-"""The small house ends the tour earlier. Chosen."""
+"""Tours in the small house are shorter. Chosen."""
 
 _MESH_FILES = {
     'aws_small_house': 'small_house_all.ply',
@@ -43,13 +43,13 @@ _MESH_FILES = {
 }
 _MESH_PLAN = 'floorplan_from_mesh.yaml'
 _SEEDS_TRIED = 8  # numerical
-_SEED_STEP = 100_000  # numerical: to the next seed where a building allows no such tour
+_SEED_STEP = 100_000  # numerical: to the next seed if a building has no such tour
 
 
 @dataclass(frozen=True, eq=False)
 class CaseInputs:
     """
-    What a run needs, and the truth to judge it by.
+    Inputs of a run and the truth to score it.
 
     ``truth`` holds true sensor poses in a truly metric frame, ``A_plan_truth`` maps that frame to
     the plan's nominal metres.
@@ -62,7 +62,7 @@ class CaseInputs:
 
 
 class MissingDataError(Exception):
-    """The case needs real data that is not on this machine; it is skipped."""
+    """The case needs real data that this machine lacks; it is skipped."""
 
 
 def make_inputs(case: Case, data: Path) -> CaseInputs:
@@ -88,12 +88,12 @@ def make_inputs(case: Case, data: Path) -> CaseInputs:
 
 
 def make_plan(case: Case) -> GridMap:
-    """Return the plan of a generated case alone."""
+    """Return only the plan of a generated case."""
     return draw_plan(_recording(case).building.plan, case.distortion, case.seed).grid
 
 
 def make_rough_plan(case: Case, distortion: Distortion = Distortion.EXACT) -> DrawnPlan:
-    """Return a rough drawing of a generated case's building, inexact in another way besides."""
+    """Return a rough drawing of a generated case's building, with a distortion in addition."""
     return draw_roughly(_recording(case).building.plan, distortion, case.seed)
 
 
@@ -118,14 +118,14 @@ def drive_through(
     limits: TourLimits = LIMITS,
 ) -> Recording:
     """
-    Return a drive through a generated building of a family, None: of any.
+    Return a recording of a generated building of a family; None: any family.
 
-    It is of the seed, or of one further on where the building allows no such tour.
+    If the seed's building has no such tour, one of the next seeds is used.
 
     Raises
     ------
     ConfigError
-        If several seeds allow none.
+        If none of several seeds has such a tour.
     """
     options = RecordingOptions(family=family, rooms=rooms, limits=limits, lidar=SENSORS[sensor])
     reason = ''
@@ -138,10 +138,10 @@ def drive_through(
 
 
 def _mesh(case: Case, data: Path) -> CaseInputs:
-    """Drive through a real building's mesh; its plan was cut from it, so both share a frame."""
+    """Simulate a recording in a real building's mesh, which shares the frame of its plan."""
     folder = data / f'mesh_{case.building}'
     if not folder.is_dir():
-        raise MissingDataError(f'{folder} is absent')
+        raise MissingDataError(f'{folder} is missing')
     recording = make_recording(
         case.seed,
         RecordingOptions(limits=MESH_LIMITS, lidar=SENSORS[case.sensor]),
@@ -156,7 +156,7 @@ def _mesh(case: Case, data: Path) -> CaseInputs:
 def _log(case: Case, data: Path) -> CaseInputs:
     folder = data / 'radish'
     if not folder.is_dir():
-        raise MissingDataError(f'{folder} is absent')
+        raise MissingDataError(f'{folder} is missing')
     fitted = read_fitted_truth(folder, case.building)
     scans = list(open_scans(fitted.log))
     poses = np.array([scan.T_odom_sensor for scan in scans])

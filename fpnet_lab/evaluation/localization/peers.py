@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of all methods on the same drives, as one row for each method."""
+"""Comparison of all methods on the same recordings, one row per method."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _ON_MAPS = (*_PLACED, Column(_FOREIGN, 'foreign'), Column('a map', 'map_s', Unit
 
 def peer_figures(records: Sequence[Record]) -> dict[str, dict[str, Any]]:
     """
-    Return for each method what its runs come to.
+    Return the figures of each method.
 
-    ``runs`` with a right answer, how many of them are ``right`` (1 m and 10 degrees after 40 m),
-    ``claimed_right`` (and never more than 3 m or 30 degrees off), ``claimed_wrong`` (were so at
-    some time), the median ``first_pose_m`` and ``error_m`` of runs that published a pose, and
-    ``look_s``, the median time of a look. Of plans without a right answer, ``foreign`` that all
-    methods met and ``foreign_claims`` on them.
+    ``runs`` with a right answer, of which ``right`` (1 m and 10 degrees after 40 m),
+    ``claimed_right`` (accepted, never more than 3 m or 30 degrees off), ``claimed_wrong`` (so at
+    some time); medians ``first_pose_m`` and ``error_m`` over runs with a pose, ``look_s`` over
+    updates. Of other buildings' plans, those run by all methods (``foreign``) and accepted
+    (``foreign_claims``).
     """
     kept = [record for record in records if record.group != ROUGH_GROUP]
     methods = dict.fromkeys(record.method for record in kept)
@@ -68,7 +68,7 @@ def _figures(records: Sequence[Record]) -> dict[str, Any]:
 
 
 def peers(report: Row) -> Figures:
-    """Return a row for each method: on drives, and on robots' maps of all bands."""
+    """Return a row for each method: on recordings, and on robot maps of all bands."""
     tables = {'': Table.of(_ON_DRIVES, named(report['methods'], '`{}`'))}
     if 'maps' in report:
         rows = {name: _on_maps(figures) for name, figures in report['maps'].items()}

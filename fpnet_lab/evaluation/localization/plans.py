@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The plan that a robot is given of a generated building, inexact in one named way."""
+"""Plans of generated buildings for the robot, inexact in one named way."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from fpnet_lab.sim.types import BuildingPlan
 
 RESOLUTION_M = 0.05
 UNKNOWN_SCALE = (0.67, 1.5)
-"""Range of nominal over true metres where the scale of a drawing is unknown. Chosen."""
+"""Range of nominal over true metres for drawings of unknown scale. Chosen."""
 
 # Chosen, not measured:
 _STRETCH = {Distortion.STRETCHED_5: 0.05, Distortion.STRETCHED_10: 0.1}
-_LEAST_STRETCH = 0.5  # share of the named stretch that each axis has at least
+_LEAST_STRETCH = 0.5  # least stretch of each axis, as a share of the named one
 _SKETCH_STRETCH = 0.02
 
-# Given: second words of the seed, apart from the streams of the recording.
+# Given: second elements of the seed, different from the recording's streams.
 _DRAWING_STREAM, _ROUGH_STREAM = 11, 12
 
 
 def draw_plan(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPlan:
     """
-    Draw a building's plan, turned by any angle and laid anywhere.
+    Draw a building's plan at a random pose.
 
-    Stretched plans are too large along one axis and too small along the other, by at least half
-    of the named share each. Changed walls are drawn where there are none, displaced or left out.
-    An unknown scale means that the raster's resolution is off by up to half.
+    Stretched plans are too large along one axis and too small along the other, each by half to all
+    of the named share. Changed walls are added, displaced or left out. With unknown scale, the
+    raster's resolution is off by up to half.
     """
     rng = np.random.default_rng((seed, _DRAWING_STREAM))
     stretch = Affine2D(np.diag(_axis_scales(distortion, rng)), np.zeros(2))
@@ -47,10 +47,10 @@ def draw_plan(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPla
 
 def draw_roughly(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPlan:
     """
-    Draw a building's plan with rooms of wrong sizes, bent walls and walls left out.
+    Draw a building's plan with rooms of wrong sizes, deformed walls and missing walls.
 
-    Its ``A_plan_building`` is the affine map that fits best: what a surveyor would find. Walls are
-    drawn up to a metre from where it has them.
+    Its ``A_plan_building`` is the best affine fit. Walls are up to a metre from their fitted
+    position.
     """
     drawn = draw_plan(plan, distortion, seed)
     kind = tuple(Distortion).index(distortion)
@@ -59,7 +59,7 @@ def draw_roughly(plan: BuildingPlan, distortion: Distortion, seed: int) -> Drawn
 
 
 def _axis_scales(distortion: Distortion, rng: np.random.Generator) -> Sequence[float]:
-    """Nominal over true metres along x and y."""
+    """Return nominal over true metres along x and y."""
     if distortion is Distortion.UNKNOWN_SCALE:
         return (float(np.exp(rng.uniform(*np.log(UNKNOWN_SCALE)))),) * 2
     if distortion is Distortion.SKETCH:

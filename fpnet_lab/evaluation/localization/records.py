@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From what a method said during a run to what that was worth, and how records are kept."""
+"""Scoring of a method's run against the truth, and the records of the scores."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 
 SCORED_AT_M = 40.0
 """
-Path after which a generated run must be right; shorter tours are judged at their end. Chosen.
+Path after which a generated run must be right; shorter tours are scored at their end. Chosen.
 """
 
 TIGHT = (0.5, float(np.deg2rad(5.0)))
 RIGHT = (1.0, float(np.deg2rad(10.0)))
 """
-Largest errors [m], [rad] of the two recalls; the second also says which beliefs are right. Chosen.
+Largest errors [m], [rad] of the two recalls; the second also defines right estimates. Chosen.
 """
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class UpdateEstimate:
-    """The best placement at a tick, None where there is none, and its probability."""
+    """Best placement at an update, None without one, and its probability."""
 
     stamp_ns: int
     probability: float
@@ -39,11 +39,11 @@ class UpdateEstimate:
 @dataclass(frozen=True, eq=False)
 class MethodRun:
     """
-    All that a method said during a run.
+    Complete output of a method during a run.
 
-    ``published`` holds a pose for every scan with a claim standing, plan frame, nominal metres,
-    and ``covariances (S, 3, 3)`` theirs, None where the method states none;
-    ``odometry`` the sensor's path in ``odom``; ``statuses`` one word per tick.
+    ``published`` holds a pose for every scan while localized, plan frame, nominal metres, and
+    ``covariances (S, 3, 3)`` theirs, None if the method estimates none; ``odometry`` is the
+    sensor's path in ``odom``; ``statuses`` has one entry per update.
     """
 
     published: PlanarTrajectory
@@ -58,7 +58,7 @@ class MethodRun:
 
 @dataclass(frozen=True)
 class Truth:
-    """True sensor poses, ``A_plan_truth`` to the plan, and where the run is judged [m]."""
+    """True sensor poses, ``A_plan_truth`` to the plan, and the path length at scoring [m]."""
 
     poses: PlanarTrajectory
     A_plan_truth: Affine2D
@@ -67,7 +67,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class RunLabels:
-    """What identifies a run: the case's own words, the method, and whose plan it was given."""
+    """Identification of a run: attributes of the case, the method, and the plan's building."""
 
     case: str
     group: str
@@ -81,12 +81,12 @@ class RunLabels:
 @dataclass(frozen=True)
 class Record(RunLabels):
     """
-    One judged run of one method, plain values only.
+    One scored run of one method, plain values only.
 
-    Errors are in true metres and degrees, None where no pose was published. ``is_open_set`` runs
-    have no right answer: a pose published there is a false claim, and counts as nothing else.
-    ``beliefs`` holds ``(probability, is_right)`` of every tick with a placement; ``nees_mean`` and
-    ``inside_95`` are those of :class:`fpnet.accuracy.RunSummary`.
+    Errors are in true metres and degrees, None if no pose was published. ``is_open_set`` runs have
+    no right answer: poses published there are false acceptances and enter no other figure.
+    ``beliefs`` holds ``(probability, is_right)`` of every update with a placement; ``nees_mean``
+    and ``inside_95`` are those of :class:`fpnet.accuracy.RunSummary`.
     """
 
     is_open_set: bool
@@ -107,7 +107,7 @@ class Record(RunLabels):
 
 
 def score(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
-    """Compare a run with the truth; None says that no pose is right: another building's plan."""
+    """Score a run against the truth; None: another building's plan, where no pose is right."""
     summary = summarize_run(
         run.published,
         run.odometry,
@@ -116,7 +116,7 @@ def score(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
         truth.A_plan_truth if truth else None,
         run.covariances,
     )
-    position, yaw = _judged_error(run, truth) if truth else (np.inf, np.inf)
+    position, yaw = _final_error(run, truth) if truth else (np.inf, np.inf)
     return Record(
         **asdict(labels),
         is_open_set=truth is None,
@@ -127,7 +127,7 @@ def score(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
         path_to_first_pose_m=summary.path_to_first_pose_m,
         median_position_error_m=summary.median_position_error_m,
         median_yaw_error_deg=summary.median_yaw_error_deg,
-        beliefs=_judged_beliefs(run, truth),
+        beliefs=_scored_estimates(run, truth),
         tick_ms=tuple(np.round(run.tick_ms, 2).tolist()),
         add_scan_ms=float(np.median(run.add_scan_ms)) if len(run.add_scan_ms) else None,
         rss_mb=round(run.rss_mb, 1),
@@ -138,13 +138,13 @@ def score(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
 
 
 def stamp_at_path(odometry: PlanarTrajectory, path_m: float) -> int:
-    """Return the stamp of the first pose after so much path; the last one's if it is shorter."""
+    """Return the stamp of the first pose after ``path_m``; of the last pose on shorter paths."""
     index = int(np.searchsorted(lengths_along(odometry.xy)[1:], path_m)) + 1
     return int(odometry.stamps_ns[min(index, len(odometry) - 1)])
 
 
-def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
-    """Errors [m], [rad] of the pose that is published where the run is judged; else infinite."""
+def _final_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
+    """Return the errors [m], [rad] of the pose published at the scored path, or infinity."""
     stamp_ns = stamp_at_path(run.odometry, truth.judged_at_m)
     there = run.published.stamps_ns == stamp_ns
     standing = run.published.take(there)
@@ -153,7 +153,7 @@ def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
 
 
 def belief_errors(run: MethodRun, truth: Truth) -> list[tuple[float, float] | None]:
-    """Errors [m], [rad] of the robot's place at each tick if the best placement holds."""
+    """Return the errors [m], [rad] of the best placement's robot pose at each update."""
     return [
         None
         if estimate.A_plan_odom is None
@@ -165,7 +165,7 @@ def belief_errors(run: MethodRun, truth: Truth) -> list[tuple[float, float] | No
 def robot_error(
     stamp_ns: int, A_plan_odom: Affine2D, odometry: PlanarTrajectory, truth: Truth
 ) -> tuple[float, float]:
-    """Return how far off [m], [rad] a placement of the odometry frame puts the robot."""
+    """Return the error [m], [rad] of the robot pose under a placement of the odometry frame."""
     stamp = np.array([stamp_ns])
     (odom, _), (true, _) = odometry.at(stamp), truth.poses.at(stamp)
     placed = odom.mapped(truth.A_plan_truth.inv() @ A_plan_odom)
@@ -173,7 +173,7 @@ def robot_error(
     return position, float(angle_between(placed.yaw, true.yaw)[0])
 
 
-def _judged_beliefs(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, bool], ...]:
+def _scored_estimates(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, bool], ...]:
     if truth is None:
         placed = [estimate for estimate in run.beliefs if estimate.A_plan_odom is not None]
         return tuple((round(estimate.probability, 4), False) for estimate in placed)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The baselines on a drive: the localizer's own submaps and odometry, other ways to a pose."""
+"""Baselines on a recording: other pose estimators with the localizer's submaps and odometry."""
 
 from __future__ import annotations
 
@@ -29,44 +29,44 @@ from fpnet_lab.evaluation.localization.records import MethodRun, UpdateEstimate,
 
 CHECKPOINTS_M = (10.0, 20.0, 40.0)
 """
-Paths after which branch and bound and what registers clouds look; what they found stands until
-the next look. Chosen.
+Paths after which branch and bound and the cloud registration run; a result is kept until the next
+run. Chosen.
 """
 
 CORRELATIVE_CHECKPOINTS_M = (40.0,)
-"""The same of the correlative search, which takes seconds for one look. Chosen."""
+"""The same for the correlative search, which takes seconds per run. Chosen."""
 
 _SHARED_STAGES = ('segment', 'graph', 'match')
 
 Look = Callable[[LocalizerOutput], tuple[Answer | None, float]]
-"""Places a tick's submap; also returns the milliseconds that it took."""
+"""Places the submap of an update; also returns the duration in milliseconds."""
 
 
 def run_rivals(
     product: ProductRun, registrar: Registrar, config: FpnetConfig, clouds: Sequence[str] = ()
 ) -> dict[str, MethodRun]:
     """
-    Return the run of each baseline by name, on the plan that ``product`` ran on.
+    Return the run of each baseline by name, on the plan of ``product``.
 
-    ``clouds`` are those of :data:`CLOUD_METHODS` that run as well.
+    ``clouds`` are the methods of :data:`CLOUD_METHODS` to run as well.
     """
     scales = allowed_scales(config.pose.scale_tolerance)
     search, plan = BranchAndBound(product.plan.evidence, scales), product.plan.segmentation.grid
     return {
-        'matcher_ransac': _looking(product, product.updates, _ransac(product)),
-        'branch_and_bound': _looking(
+        'matcher_ransac': _run_on_updates(product, product.updates, _ransac(product)),
+        'branch_and_bound': _run_on_updates(
             product,
             _checkpoints(product, CHECKPOINTS_M),
             _timed(lambda sub: search.place(map_evidence(sub))),
         ),
-        'correlative': _looking(
+        'correlative': _run_on_updates(
             product,
             _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
             _timed(partial(_correlated, plan, scales)),
         ),
         'monte_carlo': _monte_carlo(product, registrar, config.seed),
         **{
-            name: _looking(
+            name: _run_on_updates(
                 product, _checkpoints(product, CHECKPOINTS_M), _timed(CLOUD_METHODS[name](plan))
             )
             for name in clouds
@@ -96,7 +96,7 @@ def _timed(place: Callable[[GridMap], Answer | None]) -> Look:
 
 
 def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Answer | None:
-    """Return what the exhaustive search answers; it knows no "not here" and always claims."""
+    """Return the result of the exhaustive search; it has no null hypothesis, always accepts."""
     found = search_placement(plan, sub, scales)
     if found is None:
         return None
@@ -104,7 +104,7 @@ def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Ans
 
 
 def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[LocalizerOutput, ...]:
-    """Return the last tick up to each checkpoint; of a shorter drive the last of all."""
+    """Return the last update before each checkpoint, or before the end of a shorter run."""
     stamps = [stamp_at_path(product.run.odometry, path_m) for path_m in paths_m]
     found = []
     for stamp_ns in stamps:
@@ -114,8 +114,10 @@ def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[Localiz
     return tuple(found)
 
 
-def _looking(product: ProductRun, updates: Sequence[LocalizerOutput], look: Look) -> MethodRun:
-    """Place the submaps of some ticks; odometry carries on between them."""
+def _run_on_updates(
+    product: ProductRun, updates: Sequence[LocalizerOutput], look: Look
+) -> MethodRun:
+    """Place the submaps of some updates; odometry propagates the pose between them."""
     beliefs: list[UpdateEstimate] = []
     claims: list[Affine2D | None] = []
     tick_ms: list[float] = []
@@ -143,9 +145,9 @@ def carried(
     odometry: PlanarTrajectory, stamps_ns: Sequence[int], claims: Sequence[Affine2D | None]
 ) -> PlanarTrajectory:
     """
-    Return the poses that follow from claims: each stands from its stamp until the next one's.
+    Return the poses from accepted placements, each used from its stamp until the next one.
 
-    ``claims[k]`` maps ``odom`` to the plan from ``stamps_ns[k]`` on; None withdraws.
+    ``claims[k]`` maps ``odom`` to the plan from ``stamps_ns[k]`` on; None: not localized.
     """
     latest = np.searchsorted(np.asarray(stamps_ns), odometry.stamps_ns, side='right') - 1
     published = PlanarTrajectory.empty()
@@ -158,7 +160,7 @@ def carried(
 
 @dataclass(frozen=True, eq=False)
 class _Claim:
-    """A cloud's answer after an update."""
+    """Estimate of the particle filter after a filter update."""
 
     stamp_ns: int
     share: float
@@ -167,7 +169,7 @@ class _Claim:
 
 
 def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> MethodRun:
-    """Feed every scan's planar slice; updates are the ticks."""
+    """Run the particle filter on the planar slice of every scan."""
     rng = np.random.default_rng(seed)
     filter_ = MonteCarlo(product.plan.evidence, rng, MonteCarloSettings())
     odometry = product.run.odometry

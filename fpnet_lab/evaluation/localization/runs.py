@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One case: the localizer, the baselines, and other buildings' plans, all on one drive."""
+"""Runs of one case: localizer, baselines and other buildings' plans on one recording."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from fpnet_lab.evaluation.localization.records import (
 from fpnet_lab.evaluation.localization.rivals import run_rivals
 
 UPDATE_PERIOD_S = 2.0
-"""Sensor time between ticks, on wrong plans as well: they are claimed as quickly. Chosen."""
+"""Sensor time between updates, equal for wrong plans: as many chances to accept. Chosen."""
 
 LOG_UPDATE_PERIOD_S = 10.0
-"""The real logs last up to 45 minutes. Chosen."""
+"""The same for the real logs, which last up to 45 minutes. Chosen."""
 
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     'stretched_10': {'pose': {'scale_tolerance': 0.15, 'anisotropy_sigma': 0.05}},
     'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
     'logs': {'pose': {'scale_tolerance': 0.25, 'anisotropy_sigma': 0.05}},
 }
-"""What a user would say of plans of uncertain scale. Chosen."""
+"""User settings for plans of uncertain scale. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Job:
     """
     A case and how to run it; ``suite_seed`` numbers the other buildings' plans.
 
-    ``clouds`` are those baselines that need packages of their own.
+    ``clouds`` are the baselines that need additional packages.
     """
 
     case: Case
@@ -64,12 +64,12 @@ class Job:
 
 def run_case(job: Job) -> tuple[Record, ...]:
     """
-    Run a case and judge every run on its drive.
+    Run a case and score every run on its recording.
 
     Raises
     ------
     MissingDataError
-        If it needs real data that are not there.
+        If it needs real data that are missing.
     FpnetError
         If a plan or the weights cannot be used.
     """
@@ -81,7 +81,7 @@ def run_case(job: Job) -> tuple[Record, ...]:
     truth = _truth(case, inputs)
     records = [score(_labels(case, PRODUCT), product.run, truth)]
     if job.with_baselines:
-        records += _judged_rivals(case, product, registrar, job, truth)
+        records += _baseline_records(case, product, registrar, job, truth)
     if job.strip is not None:
         _draw_strip(job.strip, case, product, truth)
     del product
@@ -92,12 +92,12 @@ def run_case(job: Job) -> tuple[Record, ...]:
         product = run_product(registrar.kept, plan, config, UPDATE_PERIOD_S)
         records.append(score(_labels(false_case, PRODUCT, name), product.run, None))
         if job.with_baselines and index == 0:
-            records += _judged_rivals(false_case, product, registrar, job, None, name)
+            records += _baseline_records(false_case, product, registrar, job, None, name)
     return tuple(records)
 
 
 def _on_rough_plan(job: Job, registrar: Registrar, inputs: CaseInputs) -> Record:
-    """Run the localizer over the drive's kept scans on a rough drawing of the building."""
+    """Run the localizer on the recording's kept scans and a rough drawing of the building."""
     case = replace(job.case, group=ROUGH_GROUP)
     rough = make_rough_plan(case)
     product = run_product(registrar.kept, rough.grid, job.config, UPDATE_PERIOD_S)
@@ -106,7 +106,7 @@ def _on_rough_plan(job: Job, registrar: Registrar, inputs: CaseInputs) -> Record
 
 
 def settings_of(case: Case, config: FpnetConfig) -> FpnetConfig:
-    """Return the configuration with what the case's group says about the plan's scale."""
+    """Return the configuration with the settings of the case's group on the plan's scale."""
     tree = config.model_dump()
     for section, values in GROUP_SETTINGS.get(case.group, {}).items():
         tree[section] |= values
@@ -137,7 +137,7 @@ def _labels(case: Case, method: str, plan: str = '') -> RunLabels:
     )
 
 
-def _judged_rivals(
+def _baseline_records(
     case: Case,
     product: ProductRun,
     registrar: Registrar,
@@ -151,7 +151,7 @@ def _judged_rivals(
 
 
 def _false_plans(job: Job, inputs: CaseInputs) -> Iterator[tuple[str, str, GridMap]]:
-    """Yield names, groups and plans on which every claim is false."""
+    """Yield names, groups and plans on which every accepted pose is wrong."""
     plain = plain_cases(job.suite_seed) if job.case.wrong_cases else ()
     for number in job.case.wrong_cases:
         yield plain[number].name, 'wrong_building', make_plan(plain[number])

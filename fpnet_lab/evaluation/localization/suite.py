@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Run many cases, in several processes, and keep what is done.
+Run many cases in several processes, and cache finished ones.
 
-Names of kept cases hold a digest of the case, the configuration, the weights and the program's
-own text: an interrupted benchmark goes on where it stopped, and figures of two versions are never
-mixed.
+Names of cached cases hold a digest of the case, configuration, weights and source code: an
+interrupted benchmark resumes where it stopped, and figures of different versions are never mixed.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ _log = logging.getLogger(__name__)
 _COST_S = {CaseKind.GENERATED: 35.0, CaseKind.MESH: 35.0, CaseKind.LOG: 120.0}
 _FALSE_PLAN_COST_S, _BASELINES_COST_S = 4.0, 15.0
 """
-CPU seconds of a drive with the localizer, of each wrong plan on it, and of the baselines. Chosen.
+CPU seconds of a recording with the localizer, of each wrong plan, and of the baselines. Chosen.
 """
 
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """A case's records, or none and the reason why it was skipped."""
+    """Records of a case, or none and the reason why it was skipped."""
 
     records: tuple[Record, ...]
     skipped: str = ''
@@ -45,14 +44,14 @@ def run_suite(
     on_case: Callable[[float], None] = lambda count: None,
 ) -> tuple[list[Record], dict[str, str]]:
     """
-    Run the jobs, or take over what the work folder holds of them.
+    Run the jobs, or load their results from the work folder.
 
     Parameters
     ----------
-    jobs : what to run
-    work : folder that keeps finished cases; None keeps nothing
+    jobs : to run
+    work : folder that caches finished cases; None: no cache
     workers : processes; 1 runs in this one
-    on_case : is told 1.0 after each case
+    on_case : called with 1.0 after each case
 
     Returns
     -------
@@ -73,7 +72,7 @@ def run_suite(
 
 
 def estimated_minutes(jobs: Sequence[Job], workers: int) -> float:
-    """Return about how long the jobs take on so many idle cores, none of them done before."""
+    """Return the approximate duration of the jobs on ``workers`` idle cores without cache."""
     seconds = 0.0
     for job in jobs:
         case = job.case

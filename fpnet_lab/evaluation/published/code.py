@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports about the program itself to tables: constants, damaged files, growth, sizes on disk."""
+"""Tables of reports on the program itself: constants, damaged files, growth, disk usage."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fpnet_lab.scores import (
 )
 
 _ALONE, _TOGETHER, _LATE, _NOTHING, _UNSEEN = range(5)
-# As `benchmarks/vary_constants.py` writes them:
+# Prefix and suffix written by `benchmarks/vary_constants.py`:
 _ONLY_TOGETHER, _FAR_LONGER = 'only together', 'takes far longer'
 _VARIED = (
     'change an answer alone',
@@ -57,7 +57,7 @@ _WHEELS = (
 
 
 def constants_varied(report: Row) -> Figures:
-    """Return how many constants of each package decide anything, by what they were varied by."""
+    """Return how many constants of each package affect results, by variation factor."""
     answers = _answers(reports_of(report))
     rows = []
     for factor in sorted({factor for factor, _, _ in answers}):
@@ -73,7 +73,7 @@ def constants_varied(report: Row) -> Figures:
 
 
 def _answers(reports: Sequence[Row]) -> dict[tuple[float, str, str], int]:
-    """Return what each constant did by factor, module and name: the most of all reports."""
+    """Return each constant's effect by factor, module and name; the strongest of all reports."""
     found: dict[tuple[float, str, str], int] = {}
     for report in reports:
         for row in report['rows']:
@@ -83,7 +83,7 @@ def _answers(reports: Sequence[Row]) -> dict[tuple[float, str, str], int]:
 
 
 def _kind(row: Row) -> int:
-    """Return which of :data:`_VARIED` a constant is."""
+    """Return the index of a constant's effect in :data:`_VARIED`."""
     if row['answer'] != 'changed':
         return _NOTHING if row['answer'] == 'nothing' else _UNSEEN
     first = str(row['first'])
@@ -93,18 +93,18 @@ def _kind(row: Row) -> int:
 
 
 def _varied(factor: float, name: str, kinds: Sequence[int]) -> list[str]:
-    """Return a row; what no case looks up was not tried."""
+    """Return a row; constants that no case reads do not count as tried."""
     counts = [kinds.count(kind) for kind in range(len(_VARIED))]
     return [f'{factor:g}', name, *map(str, (sum(counts[:_UNSEEN]), *counts))]
 
 
 def readers(report: Row) -> Figures:
-    """Return what became of damaged files, by group of readers."""
+    """Return the outcomes of damaged files, by group of readers."""
     return {'': Table.of(_READERS, report['readers'])}, {}
 
 
 def growth(report: Row) -> Figures:
-    """Return what larger storeys cost, and the parts of a tick on that which aims are for."""
+    """Return costs by storey size; with aims and stages of an update for the size with aims."""
     storeys = report['growth']
     tables = {'': Table.of(_GROWTH, storeys)}
     values: dict[str, str] = {}
@@ -124,7 +124,7 @@ def _growth_scores(storey: Row) -> Sequence[Score]:
 
 
 def _stages(storey: Row) -> Table:
-    """Return the parts of a tick by the clock, the longest one first."""
+    """Return the stages of an update by wall time, longest first."""
     unit = Units.SECONDS.in_title(2)
     stages = sorted(storey['stages_s'].items(), key=lambda item: -item[1])
     rows = [[name, unit.text(seconds)] for name, seconds in stages]
@@ -132,13 +132,13 @@ def _stages(storey: Row) -> Table:
 
 
 def wheels(report: Row) -> Figures:
-    """Return what each extra takes on the disk beside what no extra is needed for."""
+    """Return the disk usage of each extra in addition to the base installation."""
     rows: list[Row] = [*_beside(report['environments'])]
     return {'': Table.of(_WHEELS, rows)}, {}
 
 
 def _beside(environments: Iterable[Row]) -> Iterable[dict[str, Any]]:
-    """Yield environments; each extra lies beside that of its Python without one."""
+    """Yield environments; an extra's size is relative to the base installation of its Python."""
     without = {e['python']: e['megabytes'] for e in environments if e['extra'] == 'none'}
     for each in environments:
         is_bare = each['extra'] == 'none'

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Figures in the documentation that a command has written, between comments that no reader sees.
+Generated figures in the documentation, between HTML comments.
 
-A table stands between two lines of its own, ``<!-- figures: NAME -->`` and ``<!-- end -->``; a
-figure within a sentence is ``<!-- f:NAME -->60 of 66<!-- / -->``. A name means the same on every
-page, so pages cannot state different figures for one thing.
+A table is between the lines ``<!-- figures: NAME -->`` and ``<!-- end -->``; an inline figure is
+``<!-- f:NAME -->60 of 66<!-- / -->``. A name has the same content on every page, so pages cannot
+contradict each other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _OPENING = re.compile(r'<!--\s*(?:figures:|f:)')
 
 @dataclass(frozen=True)
 class Stated:
-    """A figure's name and what a page states for it."""
+    """Name and text of a figure on a page."""
 
     page: Path
     name: str
@@ -33,38 +33,38 @@ class Stated:
 
 
 def pages(root: Path) -> list[Path]:
-    """Return the pages of a checkout that may state figures."""
+    """Return the pages of a checkout that may contain figures."""
     folders = (root / 'docs', root / 'notes')
     return [root / 'README.md', *(page for each in folders for page in sorted(each.glob('*.md')))]
 
 
 def stated(page: Path) -> Iterator[Stated]:
     """
-    Yield what a page states between markers.
+    Yield the figures on a page.
 
     Raises
     ------
     ConfigError
-        If a marker is not closed, is written otherwise, or begins a line within a sentence.
+        If a marker is not closed, is malformed, or begins a line within a sentence.
     """
     text = page.read_text(encoding='utf-8')
     found = [*_TABLE.finditer(text), *_VALUE.finditer(text)]
     if len(found) != len(_OPENING.findall(text)):
         raise ConfigError(
-            f'{page}: a marker of a figure is not closed; tables end with a line <!-- end -->, '
-            'figures in a sentence with <!-- / --> on the same line'
+            f'{page}: a marker of a figure is not closed; end tables with a line <!-- end -->, '
+            'inline figures with <!-- / --> on the same line'
         )
     if _AT_LINE_START.search(text):
         raise ConfigError(
-            f'{page}: a line begins with the marker of a figure, which ends the paragraph above '
-            'it; break the line elsewhere'
+            f'{page}: a line begins with the marker of a figure, which ends the paragraph above; '
+            'break the line elsewhere'
         )
     for match in found:
         yield Stated(page, match[2], match[3])
 
 
 def with_figures(text: str, figures: Mapping[str, str]) -> str:
-    """Return a page's text with what is between its markers replaced, where the name is known."""
+    """Return a page's text with the figures of known names replaced."""
     for pattern in (_TABLE, _VALUE):
         text = pattern.sub(
             lambda match: match[1] + figures.get(match[2], match[3]) + match[4], text
@@ -74,12 +74,12 @@ def with_figures(text: str, figures: Mapping[str, str]) -> str:
 
 def write_figures(on_pages: Sequence[Path], figures: Mapping[str, str]) -> list[Path]:
     """
-    Write figures into all pages that name them, and return the pages that changed.
+    Write figures into all pages that contain their names; return the changed pages.
 
     Raises
     ------
     ConfigError
-        If a marker is not closed; nothing is written then.
+        If a marker is not closed; then nothing is written.
     """
     for page in on_pages:
         list(stated(page))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of benchmarks to the tables and figures that the documentation shows of them."""
+"""Tables and inline figures of the documentation from benchmark reports."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from fpnet_lab.scores import (
 
 _OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
 _PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')
-# Chosen: what the aims are, in per cent of the sheets of a kind.
+# Chosen: aims, in per cent of the sheets of a kind.
 _AIMS = {'clean': 98, 'office': 95, 'brochure': 92, 'scan': 90, 'phone': 75}
 
 # Numerical, digits:
@@ -53,7 +53,7 @@ _GROUPS = (
 )
 
 READ_SHARE = replace(Units.SHARE, halves_up=True)
-"""Shares of sheets, rounded as people do."""
+"""Shares of sheets; halves are rounded up."""
 
 SHEETS = (  # numerical: digits
     Column('kind', 'name'),
@@ -64,7 +64,7 @@ SHEETS = (  # numerical: digits
     Column('right ones doubted', 'good_marked', READ_SHARE),
     Column('s', 'seconds_p50', Units.NUMBER.to(1)),
 )
-"""Figures of each kind of sheets."""
+"""Columns of the table of sheet kinds."""
 
 _CLAIMS = {
     'right': 'right best',
@@ -76,18 +76,18 @@ _CLAIMS = {
 
 def published(name: str, report: Row, *made: Provenance) -> dict[str, str]:
     """
-    Return the tables and figures that a benchmark's report gives, by name.
+    Return the tables and inline figures of a benchmark's report, by name.
 
     Parameters
     ----------
     name : of the benchmark, one of :data:`MAKERS`
-    report : what its ``--json`` has written, or several :func:`joined` ones
-    made : that of each report; they stand above each table
+    report : contents of its ``--json`` file, or several reports :func:`joined`
+    made : provenance of each report, printed above each table
 
     Raises
     ------
     ConfigError
-        If there is no such benchmark, or the report is none of it.
+        If there is no such benchmark, or the report is not from it.
     """
     tables, values = figures_of(name, report)
     above = '; '.join(dict.fromkeys(map(str, made)))
@@ -97,31 +97,31 @@ def published(name: str, report: Row, *made: Provenance) -> dict[str, str]:
 
 def joined(name: str, reports: Sequence[Row]) -> Row:
     """
-    Return the reports of several runs of a benchmark as one.
+    Return the reports of several runs of a benchmark as one report.
 
     Raises
     ------
     ConfigError
-        If there are several, and its tables are of one run.
+        If there are several reports and the benchmark's tables support one only.
     """
     if len(reports) == 1:
         return reports[0]
     if name not in OF_SEVERAL:
         raise ConfigError(
-            f'{len(reports)} reports of {name!r}, whose tables are of one; '
-            f'several may be given of {", ".join(sorted(OF_SEVERAL))}'
+            f'{len(reports)} reports of {name!r}, whose tables need exactly one; '
+            f'several reports are supported for {", ".join(sorted(OF_SEVERAL))}'
         )
     return {REPORTS: list(reports)}
 
 
 def figures_of(name: str, report: Row) -> Figures:
-    """Return the tables of a benchmark and its figures in sentences; raises as the above."""
+    """Return tables and inline figures of a benchmark; raises as :func:`published`."""
     if name not in MAKERS:
-        raise ConfigError(f'no figures of {name!r} are published; choose of {", ".join(MAKERS)}')
+        raise ConfigError(f'no benchmark {name!r} has tables; choose from {", ".join(MAKERS)}')
     try:
         return MAKERS[name](report)
     except (KeyError, TypeError) as error:
-        raise ConfigError(f'no report of {name!r}: {error} is missing in it') from error
+        raise ConfigError(f'no report of {name!r}: it lacks {error}') from error
 
 
 def _localization(report: Row) -> Figures:
@@ -143,20 +143,20 @@ def _localization(report: Row) -> Figures:
 
 
 def _open_row(figures: Row, title: str) -> Row:
-    """Return what can be said of plans without a right answer: claims and probabilities."""
+    """Return the row of an open-set group: false acceptances and calibration error only."""
     said = {'name': title, 'runs': figures['runs'], 'ece': figures['ece']}
     claims = f'{figures["open_set_false_claims"]} claims'
     return dict.fromkeys([*figures, 'right'], '') | said | {'wrong_published_poses': claims}
 
 
 def _right(figures: Row) -> int:
-    """Return how many runs of a group with a right answer were right."""
+    """Return the number of right runs of a group."""
     share, runs = float(figures['recall_1m_10deg']), int(figures['runs'])
     return round(share * runs)
 
 
 def sheet_rows(report: Row) -> list[Row]:
-    """Return the figures of each kind of sheets, and at last those of all."""
+    """Return the figures of each kind of sheets, then those of all sheets."""
     return list(named({**report['kinds'], 'all': report['all']}))
 
 
@@ -238,7 +238,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'wheels': code.wheels,
     **WEIGHTS,
 }
-"""For each benchmark: its report to tables and figures, by the rest of their names."""
+"""Functions by benchmark name; they return tables and figures keyed by name suffix."""
 
 OF_SEVERAL = frozenset({'constants_varied', 'finished_clouds', 'recordings'})
-"""Benchmarks whose tables hold several runs of the command, each of another part."""
+"""Benchmarks whose tables merge several runs of the command, each of a different part."""

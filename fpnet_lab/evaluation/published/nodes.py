@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of live nodes, of robots' wirings and of load, to the tables that pages show."""
+"""Tables of the reports on running nodes, robot wirings and load."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _PROFILES = {'defaults': 'defaults', 'fastdds_shm.xml': '`fastdds_shm.xml`'}
 
 
 def cloud_transport(report: Row) -> Figures:
-    """Return a row for each profile: how many clouds arrived in a subscription, and how late."""
+    """Return a row for each profile: number of received clouds and latency by subscription."""
     subscriptions = list(dict.fromkeys(case['subscription'] for case in report['cases']))
     rows = [
         [title, *(_arrived(report, profile, each) for each in subscriptions)]
@@ -68,7 +68,7 @@ def cloud_transport(report: Row) -> Figures:
 
 
 def _arrived(report: Row, profile: str, subscription: str) -> str:
-    """Return how many clouds arrived in one set-up, and their median latency."""
+    """Return the number of received clouds and their median latency for one setup."""
     for case in report['cases']:
         if (case['profile'], case['subscription']) == (profile, subscription):
             late = Units.MS.to(0, 'none').text(case['latency_ms'])
@@ -77,12 +77,12 @@ def _arrived(report: Row, profile: str, subscription: str) -> str:
 
 
 def wirings(report: Row) -> Figures:
-    """Return a row for each robot that was wired differently."""
+    """Return a row for each robot wiring."""
     return {'': Table.of(_WIRINGS, report['robots'])}, {}
 
 
 def node_load(report: Row) -> Figures:
-    """Return a column for each phase of the load."""
+    """Return a column for each phase of the load test."""
     phases: dict[str, Any] = report['phases']
     titles = [f'{name}, {_minutes(phase)}' for name, phase in phases.items()]
     rows = [[figure, *(text(phase) for phase in phases.values())] for figure, text in _LOAD]
@@ -90,12 +90,12 @@ def node_load(report: Row) -> Figures:
 
 
 def _minutes(phase: Row) -> str:
-    """Return how long scans were sent in a phase, ten a second."""
+    """Return the duration of a phase from its scans, ten per second."""
     return f'{phase["scans_sent"] / 600.0:g} min'
 
 
 def doctor_faults(report: Row) -> Figures:
-    """Return which faults the doctor names, and how often it is alarmed by nothing."""
+    """Return the faults detected by the doctor, and its false alarms."""
     figures = {
         'always': f'{report["named_always"]} of {len(report["faults"])}',
         'alarms': f'{report["alarms"]} of {report["good"]}',

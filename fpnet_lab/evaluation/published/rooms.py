@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of rooms, doors, scales and matches to the tables that pages show of them."""
+"""Tables of the reports on rooms, doors, scales and matches."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ _CLOUDS = (
     Column('IoU, two storeys in one cloud, strays around', 'of_two', _IOU),
 )
 
-# Chosen, what rooms, doors and matches are to reach at least:
+# Chosen, least values of the figures for rooms, doors and matches:
 _OF_PLANS = {
     'clean': {'f1': 0.94, 'doors_precision': 0.96, 'doors_recall': 0.92},
     'furnished': {'f1': 0.92, 'doors_precision': 0.94, 'doors_recall': 0.91},
@@ -101,7 +101,7 @@ _OF_MATCHES = {
     'challenging': {'ts': 0.82, 'ms': 0.85, 'auc10': 0.65},
     'tours': {},
 }
-_SAID = {
+_TITLES = {
     'f1': 'F1 of rooms',
     'doors_precision': 'door P',
     'doors_recall': 'door R',
@@ -113,7 +113,7 @@ _SAID = {
 
 
 def segmentation(report: Row) -> Figures:
-    """Return floorplans and robots' maps by method, and which aims are met."""
+    """Return figures of floorplans and robot maps by method, and the aims."""
     methods = {'default': report, **report['baselines']}
     plans = [
         {**figures[kind], 'method': method, 'name': kind}
@@ -135,7 +135,7 @@ def segmentation(report: Row) -> Figures:
 
 def _plan_scores(report: Row) -> list[Score]:
     scores = [
-        _at_least(f'{kind}, {_SAID[key]}', report[kind][key], aim)
+        _at_least(f'{kind}, {_TITLES[key]}', report[kind][key], aim)
         for kind, aims in _OF_PLANS.items()
         for key, aim in aims.items()
     ]
@@ -149,7 +149,7 @@ def _at_least(name: str, value: float | None, aim: float | None) -> Score:
 
 
 def submaps(report: Row) -> Figures:
-    """Return rooms and doors of the drives with each sensor, and which aims are met."""
+    """Return figures of rooms and doors for each sensor, and the aims."""
     drives = report['submap']
     by_sensor = drives['by_sensor']
     rows = {_SENSORS[name]: row for name, row in by_sensor.items()} | {'all': drives}
@@ -172,7 +172,7 @@ def submap_losses(report: Row) -> Figures:
 
 
 def finished_clouds(report: Row) -> Figures:
-    """Return what is found in clouds of each survey, by the seed that storeys begin with."""
+    """Return segmentation and matching of the clouds of each survey, by first storey seed."""
     rows = []
     for run in reports_of(report):
         for how in dict.fromkeys(cloud['how'] for cloud in run['clouds']):
@@ -183,7 +183,7 @@ def finished_clouds(report: Row) -> Figures:
 
 
 def _of_clouds(clouds: Sequence[Row]) -> Row:
-    """Return what all clouds of one survey come to; rooms weigh the same."""
+    """Return the pooled figures of the clouds of one survey; rooms have equal weight."""
     rooms = [cloud['rooms'] for cloud in clouds]
     means = {
         key: float(np.average([cloud[key] for cloud in clouds], weights=rooms))
@@ -199,7 +199,7 @@ def _of_clouds(clouds: Sequence[Row]) -> Row:
 
 
 def scale(report: Row) -> Figures:
-    """Return how near scales are that drawings tell, by kind of drawing."""
+    """Return the accuracy of scales estimated from drawings, by kind of drawing."""
     groups = report['groups']
     values: dict[str, str] = {}
     for name, key in (('homes', 'homes'), ('report bare', 'report')):
@@ -212,13 +212,13 @@ def scale(report: Row) -> Figures:
 
 
 def matches(pair_set: str) -> Callable[[Row], Figures]:
-    """Return what makes the table of this project's matcher on one set of pairs."""
+    """Return a function that makes the table of this project's matcher on one pair set."""
 
     def make(report: Row) -> Figures:
         figures = report['methods']['fpnet']
         keys: Sequence[str] = ('ts', 'ms', 'auc10', 'recall_1m_10deg')
         aims = _OF_MATCHES[pair_set]
-        scores = [_at_least(_SAID[key], figures[key], aims.get(key)) for key in keys]
+        scores = [_at_least(_TITLES[key], figures[key], aims.get(key)) for key in keys]
         table = Table.of_aims(scores)
         rows = [[*row[:3], row[3] if row[2] else ''] for row in table.rows]
         titles = (f'`{pair_set}`, {report["pairs"]} pairs', *table.titles[1:])
@@ -230,4 +230,4 @@ def matches(pair_set: str) -> Callable[[Row], Figures]:
 MATCHES: dict[str, Callable[[Row], Figures]] = {
     f'matching_{name}': matches(name) for name in _OF_MATCHES
 }
-"""Makers by the name of what is published."""
+"""Functions by name of the published table."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of demos, real logs, robots' maps, drives and speed to the tables that pages show."""
+"""Tables of the reports on demos, real logs, robot maps, recordings and speed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fpnet_lab.scores import (
     together,
 )
 
-# Chosen: what the demo is to reach, of every seed.
+# Chosen: target of the demo for every seed.
 _TARGET_POSITION_M, _TARGET_YAW_DEG = 0.5, 3.0
 _COUNT = Units.COUNT.to(0, '-')  # numerical: digits
 _DEMO = (  # numerical: digits
@@ -162,11 +162,11 @@ _HOUR = (  # numerical: digits
     ('`add_scan`, median', 'add_scan_ms_p50', Units.MS.to(1)),
     ('memory held, simulator included', 'rss_mb_max', _MB),
 )
-# Chosen, what an hour of driving may cost at its end:
+# Chosen, limits at the end of an hour of driving:
 _AIM_TICK_MS, _AIM_ADD_SCAN_MS, _AIM_SLOWER, _AIM_MEMORY_MB = 200.0, 10.0, 1.5, 1200.0
 
 _GRID, _GRID_SAID = 'grid', 'clean floorplan, scale stated'
-_WRONG_M = 1.0  # chosen: a claim further off is wrong
+_WRONG_M = 1.0  # chosen: error from which an accepted pose is wrong
 _SHEETS = (
     Column('sheet', 'name'),
     Column('found', of('found', 'drives')),
@@ -187,7 +187,7 @@ _SPEED = (
 
 
 def demo(report: Row) -> Figures:
-    """Return the demo's runs, one row for each seed, and how many met the target."""
+    """Return one row for each seed of the demo, and the number of seeds that meet the target."""
     seeds = report['seeds']
     paths = [run['path_to_first_pose_m'] for run in seeds.values()]
     values = {
@@ -208,13 +208,13 @@ def _is_met(run: Row) -> bool:
 
 
 def real_logs(report: Row) -> Figures:
-    """Return a row for each log and what was said of its drawing's scale."""
+    """Return a row for each log and each stated scale of its drawing."""
     rows = [{**row, 'log': log} for log, ways in report['logs'].items() for row in named(ways)]
     return {'': Table.of(_LOGS, rows)}, {}
 
 
 def robot(report: Row) -> Figures:
-    """Return what ``fpnet`` says of real robots' maps, by what they have seen and by building."""
+    """Return the results of ``fpnet`` on real robot maps, by explored share and by building."""
     figures = report['methods']['fpnet']
     groups = {
         'all': figures['bands'],
@@ -239,7 +239,7 @@ def robot(report: Row) -> Figures:
 
 
 def _count(bands: Mapping[str, Row], cases: str, share: str | None = None) -> int:
-    """Return how many cases all bands have, or of how many a share of each tells."""
+    """Return the number of cases of all bands, or of those counted by a share of each band."""
     return sum(
         round(row[cases] * (1.0 if share is None else row[share])) for row in bands.values()
     )
@@ -259,7 +259,7 @@ def _buildings(by_name: Mapping[str, Row]) -> Table:
 
 
 def drift(report: Row) -> Figures:
-    """Return errors under a claim: on exact drawings, on rough ones, and on wheels."""
+    """Return pose errors while localized: on exact and rough drawings, and with wheel odometry."""
     ways = {'whole_submap': 'whole submap', 'published': 'published'}
     exact = {'odometry': 'odometry from a right start', **ways}
     most, median = ('max_m', Units.METRES), ('p50_m', Units.METRES)
@@ -293,7 +293,7 @@ def _drives(
 
 
 def carried_off(report: Row) -> Figures:
-    """Return what happens to the pose of a robot that is carried off."""
+    """Return the results of the kidnapping benchmark."""
     titles = {
         'the walls around the robot are asked': 'asked',
         'they are not (`localizer.doubt_probability=1`)': 'not_asked',
@@ -303,17 +303,17 @@ def carried_off(report: Row) -> Figures:
 
 
 def faults(report: Row) -> Figures:
-    """Return what is published while inputs are broken."""
+    """Return what is published while inputs are faulty."""
     return {'': Table.of(_FAULTS, named(report['faults']))}, {}
 
 
 def clean_ends(report: Row) -> Figures:
-    """Return how nodes end at two signals, by what they were doing."""
+    """Return how nodes exit after two signals, by their activity."""
     return {'': Table.of(_ENDS, named(report['when']))}, {}
 
 
 def guidance(report: Row) -> Figures:
-    """Return how far robots drive until they are localised, by how they choose their way."""
+    """Return the path lengths until robots are localized, by exploration policy."""
     rows = {title: report['policies'][key] for title, key in _POLICIES.items()}
     share = rows[_BY_ADVICE]['mean_m'] / rows[_AT_RANDOM]['mean_m']
     return {'': Table.of(_EXPLORED, named(rows))}, {
@@ -323,12 +323,12 @@ def guidance(report: Row) -> Figures:
 
 
 def short_submaps(report: Row) -> Figures:
-    """Return how often robots that have seen little are placed, by the length of their path."""
+    """Return the localization rates of short submaps, by path length."""
     return {'': Table.of(_SHORT, named(report['paths']))}, {}
 
 
 def walks(report: Row) -> Figures:
-    """Return how a lidar is localised that a person carries."""
+    """Return the results for a hand-held lidar."""
     rows = {title: _NOT_TRIED | report['odometries'][key] for title, key in _ODOMETRIES.items()}
     log = {title: report['log'][key] for title, key in _ODOMETRIES.items() if key in report['log']}
     tables = {'': Table.of(_WALKS, named(rows)), 'log': Table.of(_WALKED_LOG, named(log))}
@@ -336,7 +336,7 @@ def walks(report: Row) -> Figures:
 
 
 def long_run(report: Row) -> Figures:
-    """Return what calls take early and late in a long drive, and which aims are met."""
+    """Return call durations early and late in a long recording, and the aims."""
     early, late = report['early'], report['late']
     titles = (
         f'at {early["minute"]:.0f} minutes, exploring',
@@ -355,7 +355,7 @@ def long_run(report: Row) -> Figures:
 
 
 def sheet_drives(report: Row) -> Figures:
-    """Return how soon robots are found on each kind of sheet, and how much later than on grids."""
+    """Return the paths to the first pose on each kind of sheet, also relative to grids."""
     by_sheet: dict[str, list[Row]] = {}
     for drive in report['drives']:
         by_sheet.setdefault(drive['sheet'], []).append(drive)
@@ -365,7 +365,7 @@ def sheet_drives(report: Row) -> Figures:
 
 
 def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | None]) -> Row:
-    """Return what drives on one kind of sheet come to; not found is later than anything."""
+    """Return the figures of one kind of sheet; a run without a pose counts as infinitely late."""
     after_m = [math.inf if d['found_after_m'] is None else d['found_after_m'] for d in drives]
     found = [drive for drive in drives if drive['found_after_m'] is not None]
     ratio = [d['found_after_m'] / path_m for d in found if (path_m := grid_m[d['seed']])]
@@ -383,12 +383,12 @@ def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | No
 
 
 def speed(report: Row) -> Figures:
-    """Return how long what somebody waits for takes, each beside its aim."""
+    """Return the durations of interactive operations with their aims."""
     return {'': Table.of(_SPEED, named(report['figures']))}, {}
 
 
 def two_programs(report: Row) -> Figures:
-    """Return what two programs make of the same drives, and how much longer today's takes."""
+    """Return the results of two program versions on the same recordings, and the time ratio."""
     drives = report['drives']
     ratios = [drive['today']['processor_s'] / drive['earlier']['processor_s'] for drive in drives]
     rows = [{'sensor': drive['sensor'], **drive[name], 'program': said}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of what the judge's probabilities are worth to the tables that pages show of them."""
+"""Tables of the reports on the placement scorer's probabilities."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _SHARES = together(  # numerical: digits
 
 
 def calibration(report: Row) -> Figures:
-    """Return what stated probabilities are worth, by kind of trials."""
+    """Return the calibration of stated probabilities, by kind of trials."""
     rows = {
         f'{row["maps"]} {_KINDS[kind].format(half=report["half"])}': row
         for kind, row in report['kinds'].items()
@@ -47,12 +47,12 @@ def calibration(report: Row) -> Figures:
 
 
 def claim_rules(report: Row) -> Figures:
-    """Return what each rule for claims comes to over the looks of drives."""
+    """Return the results of each acceptance rule over the updates of recordings."""
     return {'': Table.of(_RULES, report['rules'])}, {'drives': str(report['drives'])}
 
 
 def scorer_ablation(report: Row) -> Figures:
-    """Return a row for each judge and a column for each band: right, claimed right and wrong."""
+    """Return a row for each scorer, a column for each band: right, accepted right and wrong."""
     scorers = report['judges']
     bands = list(next(iter(scorers.values())))
     rows = [[name, *(_SHARES(found[band]) for band in bands)] for name, found in scorers.items()]

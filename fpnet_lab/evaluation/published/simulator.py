@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of the simulator to tables: how like real storeys, how fast, what its lidars cost."""
+"""Tables of the simulator reports: realism of storeys, throughput, cost of the lidars."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fpnet_lab.scores import (
 _SHORT = Unit(digits=2, whole_from=10)
 _PER_S, _TENTH = Unit(' per s', 1), Units.NUMBER.to(1)
 _AIM_PAIRS_PER_S = 10.0
-"""Chosen: what the simulator is to reach on two cores."""
+"""Chosen: target of the simulator on two cores."""
 
 _QUANTITIES = {
     'room_area_m2': 'room area [m²]',
@@ -51,7 +51,7 @@ _RECORDINGS = (
 
 
 def statistics(report: Row) -> Figures:
-    """Return percentiles of generated and real storeys, and how well regions are told apart."""
+    """Return percentiles of generated and real storeys, and how separable their regions are."""
     titles = (
         f'{report["generated"]} generated / {report["real"]} real storeys',
         *(f'{percentile} %' for percentile in report['at']),
@@ -72,7 +72,7 @@ def statistics(report: Row) -> Figures:
 
 
 def throughput(report: Row) -> Figures:
-    """Return how many pairs, plans and scans are made in a second."""
+    """Return the number of pairs, plans and scans generated per second."""
     scores = (
         Score('pairs', report['pairs_per_s'], _PER_S, _AIM_PAIRS_PER_S, is_floor=True),
         Score('drawn plans', report['plans_per_s'], _PER_S),
@@ -84,7 +84,7 @@ def throughput(report: Row) -> Figures:
 
 
 def recordings(report: Row) -> Figures:
-    """Return what a scan of each sensor costs and how far odometry drifts; wheels have no scan."""
+    """Return scan time and odometry drift of each sensor; wheel odometry has no scans."""
     rows = [
         {**row, 'name': row['name'] if row['rays'] is None else f'`{row["name"]}`'}
         | {'clouds': '' if row['rays'] is None else _CLOUDS[run['clouds']]}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the documentation shows of ``fpnet bench sites``."""
+"""Tables of ``fpnet bench sites``."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _GROWTH = (
 
 
 def sites(report: Row) -> Figures:
-    """Return the tables of storeys and of differences, as far as they were measured."""
+    """Return the tables of storeys, differences and libraries that the report contains."""
     tables = {}
     if 'sites' in report:
         tables[''] = Table.of(_STOREYS, _storeys(report['sites']))
@@ -66,7 +66,7 @@ def sites(report: Row) -> Figures:
 
 
 def _storeys(part: Row) -> list[Row]:
-    """Return the rows of the kinds that there are; where walls tell nothing, none is right."""
+    """Return rows of the existing kinds; equal storeys have no right answer, only ambiguity."""
     rows = {title: {**part[name]} for name, title in _KINDS.items() if part[name]['sites']}
     if _KINDS['equal'] in rows:
         rows[_KINDS['equal']]['right'] = f'ambiguous {part["equal"]["ambiguous"]}'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What manifests of the weights that ship say of them, as tables: none was measured otherwise."""
+"""Tables of the figures in the manifests of the packaged weights, their only source."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ _DOUBTS = (
 
 
 def scorer(manifest: Row) -> Figures:
-    """Return what claims come to on buildings left out, and of real maps by their probability."""
+    """Return figures on left-out buildings, and those of real maps by acceptance threshold."""
     found = manifest['figures']
     rows = {title: found[name] for name, title in _TRIALS.items()}
     rows[_TRIALS['foreign']] = {**found['foreign'], **_NO_PLAN}
@@ -107,24 +107,24 @@ def scorer(manifest: Row) -> Figures:
 
 
 def covariance(manifest: Row) -> Figures:
-    """Return how honest covariances are on buildings that they were not fitted to."""
+    """Return the consistency of covariances on buildings that were not used in the fit."""
     rows = {_DRIVES[name]: row for name, row in manifest['held'].items()}
     return {'': Table.of(_COVARIANCE, named(rows))}, {}
 
 
 def scale(manifest: Row) -> Figures:
-    """Return how often intervals of scales hold, with architects left out."""
+    """Return the coverage of scale intervals, with architects left out."""
     rows = {title: manifest['figures'][name] for name, title in _MAPS.items()}
     return {'': Table.of(_SCALE, named(rows))}, {}
 
 
 def doors(manifest: Row) -> Figures:
-    """Return how well rooms are cut, with buildings left out."""
+    """Return the segmentation accuracy, with buildings left out."""
     return {'': Table.of(_DOORS, named(manifest['figures']))}, {}
 
 
 def parser(manifest: Row) -> Figures:
-    """Return intersections over union of classes, by kind of sheet."""
+    """Return the intersection over union of each class, by kind of sheet."""
     kinds = manifest['figures']['iou']
     rows = {name: row for name, row in kinds.items() if name != 'all'} | {'all': kinds['all']}
     titles = {name: name for name in _WALLS}
@@ -132,7 +132,7 @@ def parser(manifest: Row) -> Figures:
 
 
 def doubts(manifest: Row) -> Figures:
-    """Return how many wrong readings are doubted, with buildings left out."""
+    """Return how many wrong parses get warnings, with buildings left out."""
     return {'': Table.of(_DOUBTS, [manifest['figures']])}, {}
 
 
@@ -144,4 +144,4 @@ WEIGHTS: dict[str, Callable[[Row], Figures]] = {
     'weights_parser': parser,
     'weights_doubts': doubts,
 }
-"""Makers by the name of what is published: of the manifests in `fpnet_core/weights`."""
+"""Functions by name of the published table, for the manifests in `fpnet_core/weights`."""

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Real robots' maps on real floorplans: cases, and how often methods are right."""
+"""Real robot maps on real floorplans: cases and figures."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How often methods are right about real robot maps, and how often they claim what is wrong."""
+"""Shares of right and of accepted results on real robot maps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Shares = dict[str, float | int | None]
 
 @dataclass(frozen=True)
 class Foreign:
-    """What a method said of a robot map on another building's plan."""
+    """Result of a method for a robot map on another building's plan."""
 
     is_same_architect: bool
     is_accepted: bool
@@ -27,10 +27,10 @@ class Foreign:
 @dataclass(frozen=True)
 class Outcome:
     """
-    What one method said of one robot map.
+    Result of one method for one robot map.
 
-    ``is_right`` and ``is_claimed`` are of its own plan; ``foreign`` holds plans of other
-    buildings, none where the method did not meet any.
+    ``is_right`` and ``is_accepted`` are for the correct plan; ``foreign`` holds the results on
+    plans of other buildings, empty if the method was not run on any.
     """
 
     band: str
@@ -42,7 +42,7 @@ class Outcome:
 
 
 def robot_figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Return ``bands``, ``bands_undistorted`` and per building ``buildings``."""
+    """Return ``bands``, ``bands_undistorted`` and, for each building, ``buildings``."""
     names = sorted({o.building for o in outcomes})
     return {
         'bands': by_band(outcomes),
@@ -57,10 +57,10 @@ def by_band(outcomes: Sequence[Outcome]) -> dict[str, Shares]:
     """
     Return the figures of each band.
 
-    On their own plan ``right``, ``claimed_right`` and ``wrong_and_claimed`` are shares of all
-    ``pairs``; ``foreign_claimed`` is the share of the ``foreign_pairs`` of a map and another
-    building's plan that are claimed, in all, on plans of any architect but the map's
-    (``foreign_random_claimed``), and on those by the same one
+    On the correct plan, ``right``, ``claimed_right`` and ``wrong_and_claimed`` are shares of all
+    ``pairs``; ``foreign_claimed`` is the accepted share of the ``foreign_pairs`` of a map and
+    another building's plan: all of them, those by architects other than the map's
+    (``foreign_random_claimed``), and those by the same architect
     (``foreign_same_architect_claimed``). A share of nothing is None.
     """
     return {band: _shares([o for o in outcomes if o.band == band]) for band in ALL_BANDS}

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Real floorplans with real robot maps of the same buildings, whole and cut to what a robot saw.
+Real floorplans with real robot maps of the same buildings, complete or cropped.
 
 The pairs and their fitted transforms are those of the shared data (``bormann``, ``carpin``,
-``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair belongs to one half of the split by
-buildings, and so do floorplans without a robot map.
+``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair, and every floorplan without a robot map,
+belongs to one split; the split is by building.
 """
 
 from __future__ import annotations
@@ -32,35 +32,35 @@ from fpnet_lab.sim.population.floors import TUNE_FLOORS
 SOURCES = ('bormann', 'carpin', 'priormaps', 'radish', 'gdc', 'g4s')
 
 TUNE_PLANS = (*TUNE_FLOORS, 'basic_filled', 'office_filled', 'gdc1', 'gdc2', 'g4s')
-"""Floorplans whose buildings may choose parameters; all others only report."""
+"""Floorplans of the development split; all others are in the test split."""
 
 DISTORTED_PLANS = ('Freiburg79_scan', 'lab_b_scan', 'lab_f_scan')
-"""Floorplans that no similarity lays on their robot maps; the data's own notes set them apart."""
+"""Floorplans that no similarity aligns with their robot maps, according to the data's notes."""
 
 WHOLE = 'whole'
-"""Band of the pairs as they stand, neither cut nor turned."""
+"""Band of the unchanged pairs, neither cropped nor rotated."""
 
 BANDS: dict[str, tuple[float, float]] = {
     '50-100': (0.5, 1.0),
     '20-35': (0.2, 0.35),
     '10-20': (0.1, 0.2),
 }
-"""Shares of the robot map's free space that a cut keeps. Chosen."""
+"""Shares of the robot map's free space kept by a crop. Chosen."""
 
 # Chosen, not measured:
 SCALES = (0.7, 1.4)
-_DRAWN_ONLY = 'bormann'  # holds floorplans that nobody drove through, too
+_DRAWN_ONLY = 'bormann'  # also holds floorplans without a robot map
 _ONE_PROJECT = 'priormaps'
 _SERIES = ('Freiburg', 'gdc', 'office')  # a campus, storeys of one house, one set of drawings
-_WALL_REACH_M = 0.4  # walls this near to kept free space are kept
-_CUT_CELL = 4  # numerical: cells per node of the graph that a cut grows on
-_OCCUPIED_SHARE = 0.35  # of a turned cell that makes it a wall; thin walls must stay closed
+_WALL_REACH_M = 0.4  # distance to kept free space up to which walls are kept
+_CUT_CELL = 4  # numerical: cells per node of the graph on which a crop grows
+_OCCUPIED_SHARE = 0.35  # least share of a rotated wall cell; thin walls must stay closed
 _FREE_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class BuildingFloorplan:
-    """A floorplan of a ``building``; those that name the same ``architect`` look alike."""
+    """Floorplan of a ``building``; plans of the same ``architect`` look similar."""
 
     building: str
     grid: GridMap
@@ -71,10 +71,10 @@ class BuildingFloorplan:
 @dataclass(frozen=True, eq=False)
 class RobotPair:
     """
-    A floorplan and a robot map; ``A_plan_robot`` maps the latter's nominal metres to the former's.
+    A floorplan and a robot map; ``A_plan_robot`` maps the map's nominal metres to the plan's.
 
-    ``building`` names the floorplan; ``kept`` is the share of the robot map's free space that is
-    left. ``is_metric`` says that the files of both state their scale.
+    ``building`` is the name of the floorplan; ``kept`` is the remaining share of the robot map's
+    free space. ``is_metric``: both files state their scale.
     """
 
     name: str
@@ -88,23 +88,23 @@ class RobotPair:
 
     @property
     def drawing(self) -> BuildingFloorplan:
-        """The floorplan alone."""
+        """The floorplan of the pair."""
         return BuildingFloorplan(self.building, self.plan, self.is_metric, self.architect)
 
     @property
     def is_distorted(self) -> bool:
-        """Tell whether the data's notes set the floorplan apart."""
+        """Return whether the data's notes mark the floorplan as distorted."""
         return self.building in DISTORTED_PLANS
 
 
 def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
     """
-    Read the pairs of one half of the shared data, ``tune`` or ``report``.
+    Load the pairs of one split of the shared data, ``tune`` or ``report``.
 
     Raises
     ------
     FpnetError
-        If the folder is missing or incomplete, or there is no such half.
+        If the folder is missing or incomplete, or the split does not exist.
     """
     _check_half(split)
     pairs: list[RobotPair] = []
@@ -125,7 +125,7 @@ def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
 def read_drawings(
     data: Path, split: str, pairs: Sequence[RobotPair]
 ) -> tuple[BuildingFloorplan, ...]:
-    """Return each floorplan of one half once: those of its ``pairs``, and those without one."""
+    """Return each floorplan of one split once: those of ``pairs`` and those without a pair."""
     _check_half(split)
     drawings = {pair.building: pair.drawing for pair in pairs}
     for path in sorted((data / _DRAWN_ONLY / 'floorplan').glob('*.png')):
@@ -146,7 +146,7 @@ def foreign_drawings(
     """
     Choose ``count`` floorplans of other buildings, or all there are.
 
-    One of them is by the architect of ``own`` where there is one, the others are not.
+    One of them is by the architect of ``own`` if possible; the others are not.
     """
     order = rng.permutation(len(drawings))
     others = [drawings[i] for i in order if drawings[i].building != own.building]
@@ -157,7 +157,7 @@ def foreign_drawings(
 
 def _check_half(split: str) -> None:
     if split not in ('tune', 'report'):
-        raise FpnetError(f'no half {split!r} of the data; expected tune or report')
+        raise FpnetError(f'no split {split!r} of the data; expected tune or report')
 
 
 def _half(floorplan: Path) -> str:
@@ -165,12 +165,12 @@ def _half(floorplan: Path) -> str:
 
 
 def _architect(source: str, building: str) -> str:
-    """Return what a floorplan shares with all others by the same architect."""
+    """Return an identifier shared by all floorplans of the same architect."""
     return source if source == _ONE_PROJECT else architect_of(building)
 
 
 def architect_of(building: str) -> str:
-    """Return the set of drawings that a real building's drawing belongs to, or its own name."""
+    """Return the series of drawings of a real building, or the building's name."""
     return next((series for series in _SERIES if building.startswith(series)), building)
 
 
@@ -191,16 +191,16 @@ def _read_pair(folder: Path, entry: dict[str, str]) -> RobotPair:
 
 
 def _best_of(image: Path) -> Path:
-    """Return the map_server YAML beside an image where there is one: it states the scale."""
+    """Return the map_server YAML next to an image if it exists: it states the scale."""
     beside = image.with_suffix('.yaml')
     return beside if beside.exists() else image
 
 
 def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float]) -> RobotPair:
     """
-    Cut the robot map to a connected part, turn it by any angle and change its nominal scale.
+    Crop the robot map to a connected part, rotate it randomly and change its nominal scale.
 
-    A scale that was stated stays as it is. ``kept`` bounds the share of free space that stays.
+    A stated scale is kept. ``kept`` is the range of the share of free space to keep.
     """
     share = float(rng.uniform(*kept))
     cut = _cut(pair.robot, rng, share)
@@ -218,7 +218,7 @@ def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float])
 
 
 def _cut(grid: GridMap, rng: np.random.Generator, share: float) -> GridMap:
-    """Keep the free cells nearest on foot to a random one, and the walls beside them."""
+    """Keep the free cells nearest to a random one by path length, and the walls near them."""
     free = grid.cells == FREE
     height, width = (size // _CUT_CELL for size in free.shape)
     blocks = free[: height * _CUT_CELL, : width * _CUT_CELL]
@@ -239,7 +239,7 @@ def _cut(grid: GridMap, rng: np.random.Generator, share: float) -> GridMap:
 
 
 def _turned(grid: GridMap, angle: float) -> tuple[GridMap, Affine2D]:
-    """Resample the raster turned by ``angle``; returns it and the map to its frame."""
+    """Resample the raster rotated by ``angle``; return it and the transform to its frame."""
     height, width = grid.shape
     centre = (width / 2, height / 2)
     matrix = cv2.getRotationMatrix2D(centre, float(np.rad2deg(-angle)), 1.0)
@@ -257,6 +257,6 @@ def _turned(grid: GridMap, angle: float) -> tuple[GridMap, Affine2D]:
     cells[share(FREE) > _FREE_SHARE] = FREE
     cells[share(OCCUPIED) > _OCCUPIED_SHARE] = OCCUPIED
     turned = replace(grid, cells=cells)
-    # Column and row are x and y of the grid up to its resolution; both share their frame's pose.
+    # Column and row are x and y of the grid in cells; both rasters share the pose of their frame.
     in_grid = Affine2D(turn[:, :2], turn[:, 2] * grid.resolution)
     return turned, grid.T_frame_grid @ in_grid @ grid.T_frame_grid.inv()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drives through generated buildings whose drawings are out of date, and what is found of it."""
+"""Change detection in generated buildings with outdated drawings, against the truth."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ Mask = NDArray[np.bool_]
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'suites')
 SENSORS = ('beams16', 'planar')
 
-_RENOVATIONS = 3  # chosen: of a drawing that is out of date
-_NEAR_M = 0.25  # physical: a wall that was found lies so near to the true one
-_CHANGED_STREAM = 21  # given: second word of the seed
-_MOST = 0.5  # numerical: share from which on it is most of a piece
+_RENOVATIONS = 3  # chosen: renovations that an outdated drawing lacks
+_NEAR_M = 0.25  # physical: largest distance of a detected wall from the true one
+_CHANGED_STREAM = 21  # given: second element of the seed
+_MOST = 0.5  # numerical: smallest share that counts as most of a piece
 
 
 @dataclass(frozen=True, eq=False)
 class DifferenceCase:
     """
-    A drive, both maps, their true placement (nearly), and the truth on the raster.
+    A recording, both maps, their aligned true placement, and the truth on the raster.
 
-    ``true`` has the walls, ``furniture (H, W)`` is where any stands.
+    ``true`` has the walls; ``furniture (H, W)`` is the mask of furniture.
     """
 
     name: str
@@ -55,15 +55,15 @@ class DifferenceCase:
     is_changed: bool
 
     def found(self) -> Differences:
-        """Return what is found."""
+        """Return the detected differences."""
         return find_differences(self.plan, self.sub, self.A_plan_sub)
 
 
 def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, DifferenceCase]:
     """
-    Drive through a building with a drawing that is out of date, and with an exact one.
+    Simulate a recording; return its cases with an outdated and with an exact drawing.
 
-    Sweeps go through KISS-ICP, and the true placement is aligned to the walls as a claim's is.
+    Sweeps are registered by KISS-ICP; the true placement is aligned to the walls like an estimate.
     """
     family, sensor = FAMILIES[seed % len(FAMILIES)], SENSORS[seed // len(FAMILIES) % len(SENSORS)]
     recording = drive_through(family, sensor, seed)
@@ -89,7 +89,7 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
 
 
 def _furniture(building: Building, true: GridMap) -> Mask:
-    """Return where furniture stands (H, W)."""
+    """Return the furniture mask (H, W)."""
     cells = np.zeros(true.shape, np.uint8)
     for piece in building.furniture:
         outline = shapely.get_coordinates(piece.footprint.exterior)
@@ -98,7 +98,7 @@ def _furniture(building: Building, true: GridMap) -> Mask:
 
 
 def near_share(cells: Mask, walls: Mask, cell_m: float) -> float:
-    """Return the share of cells that lie near a wall; 0 where there is none."""
+    """Return the share of cells near a wall; 0 without walls."""
     if not walls.any():
         return 0.0
     return float((cells_to_nearest(walls)[cells] * cell_m <= _NEAR_M).mean())
@@ -107,10 +107,10 @@ def near_share(cells: Mask, walls: Mask, cell_m: float) -> float:
 @dataclass(frozen=True, eq=False)
 class Labelled:
     """
-    A piece that was found, and the truth about it.
+    A detected piece with its truth.
 
-    ``is_wall`` tells whether it is what its kind says: a wall, or one missing. Of what is not,
-    ``is_furniture`` tells furniture from walls that drift has moved, and from open doors.
+    ``is_wall``: whether its kind is correct: a wall, or a missing wall. Otherwise ``is_furniture``
+    separates furniture from walls displaced by drift and from open doors.
     """
 
     piece: Difference
@@ -119,7 +119,7 @@ class Labelled:
 
 
 def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
-    """Return all pieces but doors with the truth about them."""
+    """Return all pieces except doors with their truth."""
     true = case.true.cells == OCCUPIED
     made = []
     for number, piece in enumerate(found.pieces, start=1):
@@ -136,10 +136,10 @@ def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
 @dataclass(frozen=True)
 class DifferenceFigures:
     """
-    What was found of what could have been, in pieces of a metre and more.
+    Detection figures over pieces of a metre and more.
 
-    ``false_per_100_m`` are false differences on exact drawings per 100 m of wall seen;
-    ``furniture_as_wall`` the share of furniture that is called a wall.
+    ``false_per_100_m`` counts false differences on exact drawings per 100 m of observed wall;
+    ``furniture_as_wall`` is the share of furniture classified as wall.
     """
 
     precision: float
@@ -151,11 +151,11 @@ class DifferenceFigures:
 
 
 LEAST_M = 1.0
-"""Given: pieces of this length and more count."""
+"""Given: smallest length of a counted piece."""
 
 
 def figures_of(cases: Sequence[DifferenceCase]) -> DifferenceFigures:
-    """Return the figures of drives."""
+    """Return the figures of several cases."""
     right = wrong = met = there = furniture = as_wall = 0
     false, walls_m = 0, 0.0
     for case in cases:
@@ -188,7 +188,7 @@ def figures_of(cases: Sequence[DifferenceCase]) -> DifferenceFigures:
 
 
 def _recalled(case: DifferenceCase, found: Differences) -> tuple[int, int]:
-    """Return how many true differences that were seen were found, and their number."""
+    """Return the number of observed true differences that were detected, and of all observed."""
     from fpnet_core.differences.finding import APART_M
     from fpnet_core.differences.overlay import overlay
     from fpnet_core.raster.pieces import pieces_of

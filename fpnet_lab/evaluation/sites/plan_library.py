@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Is the right floorplan among the first that a library proposes, and how long does it take?"""
+"""Plan library benchmark: rank of the correct floorplan and query time."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.plans import generate_plan
 
 FIRST = 10
-"""Plans that are proposed. Given, by the aim: the right one is among so many."""
+"""Number of proposed plans. Given, by the aim: the correct one is among them."""
 
 _TOUR = TourLimits(rooms=4, shortest_s=40.0, longest_s=60.0)  # chosen
-_DRIVEN_M = 20.0  # given, by the aim
-_VARIANTS = 3  # chosen: of every real map, cut and turned
+_DRIVEN_M = 20.0  # given, by the aim: path length
+_VARIANTS = 3  # chosen: cropped and rotated variants of every real map
 _BAND = '50-100'  # given, by the aim
-_RIGHT_M = 1.0  # chosen: as in the benchmark of localization
-_GROWTH = (100, 1_000, 10_000, 100_000)  # given, by the aim: plans
-_STRETCHED = (0.8, 1.25)  # chosen: copies of plans that fill larger libraries
+_RIGHT_M = 1.0  # chosen: as in the localization benchmark
+_GROWTH = (100, 1_000, 10_000, 100_000)  # given, by the aim: numbers of plans
+_STRETCHED = (0.8, 1.25)  # chosen: scales of plan copies that fill larger libraries
 _CLAIMS = ('right', 'wrong')
-_STREAM = 41  # given: second word of the seed
+_STREAM = 41  # given: second element of the seed
 
 
 @dataclass(frozen=True, eq=False)
 class LibraryCase:
-    """What was seen, the file of the plan of that building, and the true placement if known."""
+    """Observed map, file of its building's plan, and the true placement if known."""
 
     group: str
     path: str
@@ -64,7 +64,7 @@ class LibraryCase:
 
 
 def generated_plan(number: int, seed: int, folder: Path, config: FpnetConfig) -> LibraryPlan:
-    """Write plan ``number`` of a generated library, which states its scale, and read it."""
+    """Generate plan ``number`` of a library, write it with its scale, and load it."""
     rng = np.random.default_rng((seed, _STREAM, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
     plan = generate_plan(rng, family, *ROOMS)
@@ -78,14 +78,14 @@ def generated_plans(
     count: int, seed: int, folder: Path, config: FpnetConfig, workers: int,
     on_plan: Callable[[float], None],
 ) -> list[LibraryPlan]:  # fmt: skip
-    """Return the plans of a generated library, in order; their drawings go to ``folder``."""
+    """Return the plans of a generated library in order; ``folder`` gets the drawings."""
     make = partial(generated_plan, seed=seed, folder=folder, config=config)
     numbers = {str(number): number for number in range(count)}
     return make_once(None, LibraryPlan, numbers, make, workers, on_plan)
 
 
 def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> LibraryCase:
-    """Drive 20 m through a building with true odometry, and write its plan into ``folder``."""
+    """Simulate a 20 m recording with true odometry, and write its plan into ``folder``."""
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
     sensor = SENSOR_CYCLE[number % len(SENSOR_CYCLE)]
     recording = drive_through(family, sensor, seed + number, limits=_TOUR)
@@ -103,7 +103,7 @@ def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> Lib
 
 
 def real_cases(data: Path, split: str, folder: Path, config: FpnetConfig) -> Iterator[LibraryCase]:
-    """Yield real robots' maps, as they stand and cut, of undistorted plans."""
+    """Yield real robot maps of undistorted plans, unchanged and cropped."""
     for number, pair in enumerate(read_robot_pairs(data, split)):
         if pair.is_distorted:
             continue
@@ -120,12 +120,12 @@ def _real_case(group: str, pair: RobotPair, folder: Path, config: FpnetConfig) -
 
 
 def _real_path(pair: RobotPair, folder: Path) -> Path:
-    """Return where the plan of a pair is written: as an image alone where it states no scale."""
+    """Return the path of a pair's plan: an image without YAML if its scale is unknown."""
     return folder / f'{pair.building}{".yaml" if pair.is_metric else ".png"}'
 
 
 def real_plans(data: Path, split: str, folder: Path, config: FpnetConfig) -> list[LibraryPlan]:
-    """Write the real floorplans of one half, of stated and of unknown scales, and read them."""
+    """Write and load the real floorplans of one split, of known and of unknown scale."""
     plans = {}
     for pair in read_robot_pairs(data, split):
         if pair.is_distorted or pair.building in plans:
@@ -140,7 +140,7 @@ def real_plans(data: Path, split: str, folder: Path, config: FpnetConfig) -> lis
 
 @dataclass(frozen=True)
 class LibraryAnswer:
-    """A case's group, the rank of the right plan (None: not proposed) and the time it took."""
+    """Group of a case, rank of the correct plan (None: not proposed), and query time."""
 
     group: str
     rank: int | None
@@ -148,7 +148,7 @@ class LibraryAnswer:
 
 
 def ask(library: PlanLibrary, case: LibraryCase) -> tuple[LibraryAnswer, tuple[Proposal, ...]]:
-    """Ask a library for the plan of what was seen."""
+    """Query a library with the observed map of a case."""
     begin = time.perf_counter()
     found = library.find(case.seen.segmentation, case.seen.scale, FIRST)
     milliseconds = 1e3 * (time.perf_counter() - begin)
@@ -157,7 +157,7 @@ def ask(library: PlanLibrary, case: LibraryCase) -> tuple[LibraryAnswer, tuple[P
 
 
 def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig) -> str:
-    """Return ``right``, ``wrong`` or ``none``: what is claimed after searching the proposals."""
+    """Return the result of a search over the proposals: ``right``, ``wrong`` or ``none``."""
     if not proposals:
         return 'none'
     cuts = {
@@ -175,7 +175,7 @@ def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig)
 
 
 def figures_by_group(asked: Sequence[LibraryAnswer]) -> dict[str, dict[str, Any]]:
-    """Return how often the right plan was proposed, and what asking took, by group."""
+    """Return recall of the correct plan and query time, by group."""
     groups = {}
     for group in dict.fromkeys(each.group for each in asked):
         own = [each for each in asked if each.group == group]
@@ -191,7 +191,7 @@ def figures_by_group(asked: Sequence[LibraryAnswer]) -> dict[str, dict[str, Any]
 def figures(
     asked: Sequence[LibraryAnswer], claims: Sequence[str], library: PlanLibrary
 ) -> dict[str, Any]:
-    """Return the shares of each group and of claims, and what the index takes."""
+    """Return the figures of each group, the acceptance shares, and the size of the index."""
     shares = {what: float(np.mean([each == what for each in claims])) for what in _CLAIMS}
     return {
         'plans': len(library),
@@ -213,7 +213,7 @@ def growth(
         filled = [_stretched(others[k % len(others)], k, rng) for k in range(count - len(own))]
         kept = [plan for plan in plans if plan.path in own]
         library = PlanLibrary.of([*kept, *filled])
-        ask(library, cases[0])  # kernels are compiled, and pages read
+        ask(library, cases[0])  # compiles the kernels and loads memory pages
         asked = [ask(library, case)[0] for case in cases]
         rows.append(
             {
@@ -227,7 +227,7 @@ def growth(
 
 
 def _stretched(plan: LibraryPlan, number: int, rng: np.random.Generator) -> LibraryPlan:
-    """Return a plan as it is the first time round, then as another building: wider or narrower."""
+    """Return a copy of a plan as another building, stretched along its axes."""
     points = plan.keypoints
     scales = rng.uniform(*_STRETCHED, size=2).astype(np.float32)
     along = np.stack([np.cos(points.angle), np.sin(points.angle)], axis=1) * scales
@@ -239,7 +239,7 @@ def _stretched(plan: LibraryPlan, number: int, rng: np.random.Generator) -> Libr
 
 
 def _stretched_walls(walls: GridMap, scales: NDArray[np.float32]) -> GridMap:
-    """Stretch a raster that lies along the axes, as those of generated plans do."""
+    """Stretch an axis-aligned raster, as generated plans have."""
     pose = walls.T_frame_grid
     size = np.rint(scales * walls.shape[::-1]).astype(int).tolist()
     cells = cv2.resize(walls.cells, size, interpolation=cv2.INTER_NEAREST)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drives on one storey of a generated site: is the storey right, and what do the others cost."""
+"""Localization on generated multi-storey sites: correct storey and cost of the others."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from fpnet_lab.sim.drives.recording import Recording
 
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'bent')
 SIZES = (2, 3, 4, 6, 8, 12)
-"""Storeys of the sites, one after the other. Chosen."""
+"""Numbers of storeys of the sites, in turn. Chosen."""
 
 EQUAL_EVERY = 4
-"""One in so many sites has a storey that is equal to the true one. Chosen."""
+"""Stride of the sites with a storey equal to the true one. Chosen."""
 
 _SENSOR = 'beams16'
-_SITE_STREAM = 31  # given: second word of the seed
+_SITE_STREAM = 31  # given: second element of the seed
 
 
 @dataclass(frozen=True)
 class SiteRun:
     """
-    What a drive on one storey of a site came to; figures of the same drive on one plan beside.
+    Results of a recording on one storey of a site, and on the correct plan alone.
 
-    Paths are None where nothing was claimed; ``parted_m`` is that after which walls have been seen
-    that no storey alike shares (:func:`~fpnet_lab.evaluation.sites.storeys_apart.parted_at_m`).
-    ``is_right`` says that storey and pose were right
-    after 40 m, ``wrong_storeys`` counts poses on another one, ``least_different`` is the share of
-    walls by which the most alike storey differs; 0: it is equal.
+    Paths are None without an accepted pose; ``parted_m`` is the path after which the submap
+    excludes all similar storeys (:func:`~fpnet_lab.evaluation.sites.storeys_apart.parted_at_m`).
+    ``is_right``: storey and pose are right after 40 m; ``wrong_storeys`` counts poses on another
+    storey; ``least_different`` is the share of differing walls of the most similar storey, 0 for
+    an equal one.
     """
 
     name: str
@@ -63,12 +63,12 @@ class SiteRun:
 
     @property
     def has_equal(self) -> bool:
-        """Tell whether no wall tells the storey from another one."""
+        """Return whether another storey has identical walls."""
         return self.least_different == 0.0
 
 
 def site_likenesses(count: int, rng: np.random.Generator, has_equal: bool) -> tuple[Likeness, ...]:
-    """Return the storeys of a site: the true one, perhaps an equal one, half of the rest alike."""
+    """Return the storeys of a site: true, optionally equal, then alternately alike and other."""
     rest = [Likeness.EQUAL] if has_equal else [Likeness.ALIKE]
     kinds = (Likeness.ALIKE, Likeness.OTHER)
     rest += [kinds[k % 2] for k in range(count - 2)]
@@ -78,7 +78,7 @@ def site_likenesses(count: int, rng: np.random.Generator, has_equal: bool) -> tu
 
 @dataclass(frozen=True, eq=False)
 class SiteDrive:
-    """A drive on one storey of a site, its scans registered, and what the localizer said."""
+    """A recording on one storey of a site, its registered scans, and the localizer's replay."""
 
     name: str
     recording: Recording
@@ -90,10 +90,10 @@ class SiteDrive:
 def site_drive(
     number: int, seed: int, config: FpnetConfig, equal_every: int = EQUAL_EVERY
 ) -> SiteDrive:
-    """Drive on one storey of site ``number``; one in ``equal_every`` has an equal one, 0: none."""
+    """Simulate on site ``number``; one in ``equal_every`` has an equal storey, 0: none."""
     rng = np.random.default_rng((seed, number, _SITE_STREAM))
     family = FAMILIES[number % len(FAMILIES)]
-    # Families and sizes come round together otherwise.
+    # Without the shift, families and sizes would repeat in step.
     count = SIZES[(number + number // len(SIZES)) % len(SIZES)]
     recording = drive_through(family, _SENSOR, seed + number)
     has_equal = equal_every > 0 and number % equal_every == equal_every - 1
@@ -105,7 +105,7 @@ def site_drive(
 
 
 def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
-    """Drive on one storey of site ``number``, with all storeys and with the true plan alone."""
+    """Run the localizer for site ``number`` with all storeys and with the true plan alone."""
     driven = site_drive(number, seed, config)
     true = [storey for storey in driven.storeys if storey.likeness is Likeness.TRUE]
     return _scored(driven, _replayed(driven.scans, true, config))
@@ -149,7 +149,7 @@ def _scored(driven: SiteDrive, alone: ReplayResult) -> SiteRun:
 def _errors_m(
     run: ReplayResult, truth: PlanarTrajectory, named: dict[str, DrawnStorey]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return how far each published pose is off on the storey it is on [m]; far on others."""
+    """Return the error [m] of each published pose on its storey; it is large on a wrong one."""
     at = np.searchsorted(truth.stamps_ns, run.published.stamps_ns)
     errors = []
     for xy, place, name in zip(run.published.xy, truth.xy[at], run.storeys, strict=True):
@@ -170,7 +170,7 @@ def _first_claim_m(run: ReplayResult) -> float | None:
 
 
 def site_report(runs: Sequence[SiteRun]) -> dict[str, Any]:
-    """Return the report of ``fpnet bench sites`` about storeys."""
+    """Return the part of the ``fpnet bench sites`` report on storeys."""
     apart = [run for run in runs if not run.has_equal]
     equal = [run for run in runs if run.has_equal]
     return {

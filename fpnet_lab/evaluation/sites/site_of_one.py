@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a site of one storey costs: the same drive on the floorplan and on the site, in pairs."""
+"""Overhead of a site with one storey: paired runs on the floorplan and on the site."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 
 _ROUNDS = 2
-"""Numerical: runs of each; of a tick's durations the shortest counts, as machines are busy."""
+"""Numerical: runs of each; the shortest duration of an update counts, as machines are busy."""
 
 _SENSOR = 'planar'
 _FAMILY = 'double_corridor'
@@ -34,10 +34,10 @@ _FAMILY = 'double_corridor'
 @dataclass(frozen=True, eq=False)
 class SiteOfOne:
     """
-    A drive on a floorplan and on the site of it alone.
+    Run on a floorplan and on a site that consists of it.
 
-    ``is_same`` tells that poses are equal to the last bit. ``tick_ms (T, 2)`` and ``scan_ms (S,
-    2)`` are durations of ticks and of adding scans, on the plan and on the site.
+    ``is_same``: whether all poses are bitwise equal. ``tick_ms (T, 2)`` and ``scan_ms (S, 2)`` are
+    durations of updates and of adding scans, on the plan and on the site.
     """
 
     is_same: bool
@@ -46,7 +46,7 @@ class SiteOfOne:
 
 
 def site_of_one(seed: int, config: FpnetConfig) -> SiteOfOne:
-    """Drive through a generated building, and localise in turns with its plan and as a site."""
+    """Localize a generated recording, alternating between its plan and a one-storey site."""
     recording = drive_through(_FAMILY, _SENSOR, seed)
     scans = kept_scans(recording, config.odometry)
     with TemporaryDirectory() as folder:
@@ -78,7 +78,7 @@ def _on_site(site: Site, config: FpnetConfig) -> Localizer:
 
 
 def one_report(runs: Sequence[SiteOfOne]) -> dict[str, Any]:
-    """Return the report of ``fpnet bench sites`` about sites of one."""
+    """Return the part of the ``fpnet bench sites`` report on one-storey sites."""
     row: dict[str, Any] = {'drives': len(runs), 'same': sum(run.is_same for run in runs)}
     for name in ('tick_ms', 'scan_ms'):
         pairs = np.concatenate([getattr(run, name) for run in runs])

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From where on storeys can be told apart at all: once a wall has been seen that they do not share.
+Path after which storeys become distinguishable: once the submap shows walls they do not share.
 
-Until then a storey that is like the true one explains all that was seen as well as that one does,
-and nobody who knows no more can claim either.
+Until then similar storeys explain all observations as well as the true one, so that no method
+without prior knowledge can decide between them.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class Parting:
     """
-    Walls that tell two drawings of one building apart, as samples in its frame [m].
+    Walls that distinguish two drawings of one building, as samples in its frame [m].
 
-    ``own (P, 2)`` are the true storey's that the other has not, ``other (Q, 2)`` the other's that
-    the true one has not; a sample stands for ``metres``.
+    ``own (P, 2)`` are walls of the true storey that the other lacks, ``other (Q, 2)`` walls of the
+    other that the true one lacks; each sample represents ``metres`` of wall.
     """
 
     own: Array
@@ -44,7 +44,7 @@ class Parting:
 
     @classmethod
     def of(cls, true: DrawnPlan, other: DrawnPlan) -> Parting:
-        """Return the walls by which two drawings differ."""
+        """Return the walls in which two drawings differ."""
         sides = map_evidence(true.grid), map_evidence(other.grid)
         placed = true.A_plan_building, other.A_plan_building
         own, others = (A.inv().apply(side.walls) for A, side in zip(placed, sides, strict=True))
@@ -55,7 +55,7 @@ class Parting:
         )
 
     def seen_m(self, sub: MapEvidence, T_submap_building: SE2) -> float:
-        """Return how much of it a submap shows: own walls, and none where the other's are."""
+        """Return the observed length: own walls present, other's walls seen to be absent [m]."""
         own, other = (T_submap_building.apply(each) for each in (self.own, self.other))
         is_gone = _wall_distance(sub, other) > APART_M
         is_gone &= look_up(sub.A_rc_xy[None], other, sub.observed, np.False_)[0]
@@ -67,9 +67,9 @@ def parted_at_m(
     storeys: Sequence[DrawnStorey], run: ReplayResult, truth: PlanarTrajectory
 ) -> float | None:
     """
-    Return the path after which a tick has seen walls that no other storey shares; None: none has.
+    Return the path length at the first update whose submap excludes all similar storeys, or None.
 
-    A metre of them for each storey that is like the true one: less is told from noise by nobody.
+    It must observe a metre of differing walls for each similar storey: less is within the noise.
     """
     (true,) = (each for each in storeys if each.likeness is Likeness.TRUE)
     alike = [each for each in storeys if each.likeness in (Likeness.ALIKE, Likeness.EQUAL)]

@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How long everything takes that a user or a robot waits for, against its aim."""
+"""Durations of all operations that a user or a robot waits for, with their aims."""

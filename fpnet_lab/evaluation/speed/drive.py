@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a drive through a large office costs: scans, rooms cut again, ticks that search."""
+"""Cost of a recording in a large office: scans, segmentation, updates with a search."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from fpnet_lab.sim.drives.tours import TourLimits
 
 # Chosen: about 930 m2 in seven minutes.
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
-# Chosen, with it:
+# Chosen, for that recording:
 TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
-SCAN_POINTS = 25_000  # given: what the aim for a scan is stated for
-_STEP = 5  # chosen: every so many sweeps is added: two a second
-_TICK = 2  # chosen: scans between two ticks: one a second
-_WARM_TICKS = 3  # numerical: ticks that are not counted
+SCAN_POINTS = 25_000  # given: points per scan for which the aim is stated
+_STEP = 5  # chosen: stride of the added sweeps: two a second
+_TICK = 2  # chosen: scans per update: one update a second
+_WARM_TICKS = 3  # numerical: first calls that are not counted
 
 
 @dataclass
 class _Times:
-    """Durations [s] of calls, and of ticks by stage."""
+    """Durations [s] of scans, updates and segmentations."""
 
     scans: list[Clocked] = field(default_factory=list)
     updates: list[Clocked] = field(default_factory=list)
@@ -41,7 +41,7 @@ class _Times:
     explored_m2: float = 0.0
 
     def note(self, output: LocalizerOutput, took: Clocked) -> None:
-        """Keep a tick's time where it looked for something, and that of cutting its submap."""
+        """Store the duration of a searching update, and time the segmentation of its submap."""
         if 'segment' not in output.timings_ms or output.submap is None:
             return
         self.updates.append(took)
@@ -53,16 +53,16 @@ class _Times:
 
 def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
     """
-    Drive with true odometry, each tick searching the whole plan.
+    Replay a recording with true odometry; each update searches the whole plan.
 
     Parameters
     ----------
-    seconds : how much of the tour is driven; None: all of it
+    seconds : duration of the part of the tour to replay; None: all of it
 
     Returns
     -------
-    figures of ``add_scan``, of cutting the submap into rooms again and of whole ticks, and the
-    explored area [m2]
+    figures of ``add_scan``, of segmenting the submap and of whole updates, and the explored area
+    [m2]
     """
     recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=TOUR)
     config = load_config(None, {'localizer.search_every_updates': 1})
@@ -82,7 +82,7 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
 def _driven(recording: Recording, localizer: Localizer, seconds: float | None) -> _Times:
     times = _Times()
     for number, scan in enumerate(_scans(recording, seconds)):
-        assert scan.T_odom_sensor is not None, 'this odometry knows it'
+        assert scan.T_odom_sensor is not None, 'set by _scans'
         add = partial(localizer.add_scan, scan.points, scan.T_odom_sensor, scan.stamp_ns)
         times.scans.append(clocked(add)[1])
         if number % _TICK == 0:
@@ -93,7 +93,7 @@ def _driven(recording: Recording, localizer: Localizer, seconds: float | None) -
 
 
 def _scans(recording: Recording, seconds: float | None) -> Iterator[Scan]:
-    """Yield scans with true odometry, of so many points each."""
+    """Yield scans with true odometry, of up to ``SCAN_POINTS`` points each."""
     rng = np.random.default_rng(SEED)
     period_s = recording.lidar.model.period_s
     last = len(recording) if seconds is None else min(len(recording), int(seconds / period_s))

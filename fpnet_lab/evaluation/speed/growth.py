@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a larger storey costs: its floorplan, a tick that searches all of it, and memory."""
+"""Cost of larger storeys: floorplan, searching update and memory."""
 
 from __future__ import annotations
 
@@ -33,29 +33,29 @@ from fpnet_lab.sim.plans.wards import wards
 from fpnet_lab.sim.types import BuildingPlan
 
 AREAS_M2 = (300, 1_000, 3_000, 10_000, 20_000, 50_000)
-"""Given: what the curve is drawn over."""
+"""Given: areas of the curve."""
 
 EXPLORED_M2 = 3_000.0
-"""Given: most that the robot has seen; of small storeys it is a share of them."""
+"""Given: largest explored area; on small storeys it is a share of their area."""
 
 # Chosen, not measured:
 _SEEN_SHARE = 0.6
 _CELL_M = 0.05
-_WALKED_SHARE = 1.3  # the robot's window is so much larger than what it has seen there
+_WALKED_SHARE = 1.3  # area of the robot's window over the explored area
 _CORNER_M = 25.0
-_NEWS_M = 10.0  # what lies so near to the robot is new since the last tick
+_NEWS_M = 10.0  # distance to the robot up to which cells are new since the last update
 _SEED = 3
-_WALKS, _ENOUGH = 12, 0.2  # walks that are tried until one has seen enough, as a logarithm
+_WALKS, _ENOUGH = 12, 0.2  # walks to try until the area is right, as a log ratio
 _SCAN = ScanConfig(planar=0.0, large_tours=1.0, tiny_tours=0.0, resolution_m=(_CELL_M,))
 
 
 @dataclass(frozen=True)
 class Grown:
     """
-    One storey: areas [m2], rooms drawn, seconds by both clocks, and memory at its peak [bytes].
+    One storey: areas [m2], rooms drawn, wall and processor seconds, and peak memory [bytes].
 
-    ``plan`` is what the floorplan and its mirror image take once, ``tick`` what a tick takes that
-    searches all of it; ``stages_s`` are the tick's parts by the clock.
+    ``plan`` is the one-time cost of the floorplan and its mirror image, ``update`` that of an
+    update with a full search; ``stages_s`` are the wall times of the update's stages.
     """
 
     area_m2: float
@@ -68,7 +68,7 @@ class Grown:
     status: str
 
     def figures(self) -> list[Figure]:
-        """Return the durations; the storey that an aim is stated for has it."""
+        """Return the durations; the storey of the aim has its aim."""
         aim_s = AIM_TICK_S if self.area_m2 == AIM_M2 else None
         name = f'{self.area_m2:,.0f} m², {self.rooms} rooms'
         return [
@@ -79,12 +79,12 @@ class Grown:
 
 def growth(area_m2: float) -> Grown:
     """
-    Return what a storey of ``area_m2`` costs, in a process of its own.
+    Return the cost of a storey of ``area_m2``, measured in a separate process.
 
     Raises
     ------
     FpnetError
-        If the robot cannot walk there, or the process dies.
+        If there is no walk on the storey, or the process dies.
     """
     plan = wards(np.random.default_rng(_SEED), area_m2)
     grid = render_plan(plan, _CELL_M)
@@ -94,14 +94,14 @@ def growth(area_m2: float) -> Grown:
 
 
 def _explored(plan: BuildingPlan, area_m2: float) -> Submap:
-    """Return what a robot has seen that walks about the middle of a storey, about so much."""
+    """Return the submap of a robot that explores about ``area_m2`` around the centre."""
     submaps: list[Submap] = []
     for attempt in range(_WALKS):
         submaps += _walked(plan, area_m2, np.random.default_rng([_SEED, attempt]))
         if submaps and abs(_log_excess(submaps[-1], area_m2)) < _ENOUGH:
             break
     if not submaps:
-        raise FpnetError(f'the robot saw nothing of a storey of {area_m2:g} m²; take another seed')
+        raise FpnetError(f'no walk explores a storey of {area_m2:g} m²; take another seed')
     return min(submaps, key=lambda submap: abs(_log_excess(submap, area_m2)))
 
 
@@ -110,7 +110,7 @@ def _log_excess(submap: Submap, area_m2: float) -> float:
 
 
 def _walked(plan: BuildingPlan, area_m2: float, rng: np.random.Generator) -> list[Submap]:
-    """Return the map of one walk; none where the robot saw nothing."""
+    """Return the map of one walk; an empty list if the robot observed nothing."""
     scanner = draw_scanner(rng, _SCAN)
     world = build_world(plan, draw_changes(plan, rng, SimConfig().building), scanner.height_m)
     half = 0.5 * np.sqrt(_WALKED_SHARE * area_m2)
@@ -121,7 +121,7 @@ def _walked(plan: BuildingPlan, area_m2: float, rng: np.random.Generator) -> lis
 
 
 def _measured(area_m2: float, grid: GridMap, submap: Submap) -> Grown:
-    """Localize once to compile, then time; all that this process has loaded is the product."""
+    """Run once to compile, then measure; the process has loaded only the product."""
     cv2.setNumThreads(1)
     keep_freed_memory()  # as nodes and commands do
     config = load_config(None, {'localizer.search_every_updates': 1})
@@ -144,7 +144,7 @@ def _measured(area_m2: float, grid: GridMap, submap: Submap) -> Grown:
 
 
 def _corner(grid: GridMap) -> GridMap:
-    """Return a part of a floorplan that is enough to compile all that its whole needs."""
+    """Return a part of a floorplan, large enough to compile all code for the whole."""
     side = int(_CORNER_M / grid.resolution)
     return grid.cropped(slice(side), slice(side))
 
@@ -152,9 +152,11 @@ def _corner(grid: GridMap) -> GridMap:
 def _timed_tick(
     global_localizer: GlobalLocalizer, plan: Floorplan, submap: Submap
 ) -> tuple[LocalizerOutput, Clocked]:
-    """Return a tick's output and median time; what is near the robot is new to it."""
-    state, _ = update(UpdateState(plan), _seen(_before(submap)), global_localizer, StageTimer())
-    state, seen = replace(state, searched=None), _seen(submap)
+    """Return an update's output and median time; the area near the robot is new to it."""
+    state, _ = update(
+        UpdateState(plan), _observation(_before(submap)), global_localizer, StageTimer()
+    )
+    state, seen = replace(state, searched=None), _observation(submap)
     runs = [
         clocked(lambda: update(state, seen, global_localizer, StageTimer())[1])
         for _ in range(1 + REPEATS)
@@ -162,14 +164,14 @@ def _timed_tick(
     return sorted(runs, key=lambda run: run[1])[len(runs) // 2]
 
 
-def _seen(submap: Submap) -> Observation:
+def _observation(submap: Submap) -> Observation:
     pose = np.eye(4)
     pose[:2, 3] = submap.path_xy[-1]
     return Observation(submap.stamp_ns, submap, pose)
 
 
 def _before(submap: Submap) -> Submap:
-    """Return the submap without what is near the robot."""
+    """Return the submap without the area near the robot."""
     grid = submap.grid
     rows, cols = np.indices(grid.shape)
     row, col = grid.xy_to_rc(submap.path_xy[-1:])[0]

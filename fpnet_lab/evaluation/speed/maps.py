@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What single maps cost: to be cut into rooms, matched and judged, here and from the shell."""
+"""Cost of single maps: segmentation, matching and scoring, in-process and from the shell."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ from fpnet_lab.sim.drawn.styles import STYLES
 from fpnet_lab.sim.pairs.pair import MappedPair, generate_mapped_pair
 from fpnet_lab.sim.plans import generate_plan
 
-LARGE_PX = (2700, 3400)  # given: what the aim is stated for
+LARGE_PX = (2700, 3400)  # given: size for which the aim is stated
 # Chosen, not measured:
 _LARGE_FAMILY, _LARGE_ROOMS, _LARGE_SEED = 'racetrack', (40, 60), 11
-_TRIAL_CELL_M = 0.1  # numerical: what a drawing's size is found at
+_TRIAL_CELL_M = 0.1  # numerical: resolution at which a drawing's size is computed
 _BORMANN_CELL_M = 0.05  # given: of all drawings of that collection
-_GRID_SPACING_M = 4.0  # chosen: of rooms on a grid
+_GRID_SPACING_M = 4.0  # chosen: spacing of rooms on a grid
 _PAIR_SEED, _PAIR = 900, 0  # chosen: a submap of a generated tour, and its plan
 
 
 def bormann_figure(data: Path) -> Figure:
-    """Return how long a drawing of Bormann's takes to be cut, all that there are."""
+    """Return the segmentation time of Bormann's drawings, median over all that exist."""
     config = SegmentationConfig()
     paths = sorted((data / 'bormann' / 'floorplan').glob('*.png'))
     grids = [read_map(path, _BORMANN_CELL_M) for path in paths]
@@ -55,7 +55,7 @@ def bormann_figure(data: Path) -> Figure:
 
 
 def large_figure(style: str = 'sketch') -> Figure:
-    """Return how long a large generated drawing with door symbols takes to be cut."""
+    """Return the segmentation time of a large generated drawing with door symbols."""
     grid = large_drawing(style)
     rows, cols = grid.shape
     call = partial(segment_floorplan, grid, SegmentationConfig())
@@ -63,7 +63,7 @@ def large_figure(style: str = 'sketch') -> Figure:
 
 
 def large_drawing(style: str) -> GridMap:
-    """Return a storey drawn as large as fits on paper of ``LARGE_PX``."""
+    """Return a drawing of a storey, as large as fits on paper of ``LARGE_PX``."""
     rng = np.random.default_rng(_LARGE_SEED)
     plan = generate_plan(rng, _LARGE_FAMILY, min_rooms=_LARGE_ROOMS[0], max_rooms=_LARGE_ROOMS[1])
     small = render_plan(plan, _TRIAL_CELL_M, style=STYLES[style]).shape
@@ -76,7 +76,7 @@ def large_drawing(style: str) -> GridMap:
 
 
 def pairs_figure(data: Path) -> Figure:
-    """Return how long a robot's map and its floorplan take, the tune half's pairs as they are."""
+    """Return the match time of a robot map and its floorplan, pairs of the development split."""
     config = FpnetConfig()
     matcher = LearnedMatcher(config.matcher)
 
@@ -89,7 +89,7 @@ def pairs_figure(data: Path) -> Figure:
 
 
 def match_figures() -> list[Figure]:
-    """Return how long the matcher takes for graphs of two sizes, network and consensus."""
+    """Return the time of the matcher, network and consensus, for graphs of two sizes."""
     matcher = LearnedMatcher(MatcherConfig())
 
     def figure(plan_nodes: int, sub_nodes: int, aim_s: float) -> Figure:
@@ -97,7 +97,7 @@ def match_figures() -> list[Figure]:
         sub = _grid_graph(sub_nodes, 'submap', 0.7)
 
         def match() -> object:
-            return matcher.match(plan, replace(sub), 300.0)  # a tick's submap is new
+            return matcher.match(plan, replace(sub), 300.0)  # each update has a new submap
 
         name = f'match call, {plan_nodes} x {sub_nodes} nodes'
         return median_of(name, aim_s, [match], 4 * REPEATS)
@@ -106,7 +106,7 @@ def match_figures() -> list[Figure]:
 
 
 def scorer_figures() -> list[Figure]:
-    """Return how long the evidence of a tick's placements takes, and the judge's network."""
+    """Return the times of gathering an update's evidence and of the scorer's network."""
     config, mapped = FpnetConfig(), _mapped()
     model = configured_model(config.localizer)
     scorer = PlacementScorer(model, config.localizer.plan_prior)
@@ -119,7 +119,7 @@ def scorer_figures() -> list[Figure]:
     found = global_localizer.find(query, StageTimer())
 
     def evidence() -> object:
-        # A tick's submap is new: nothing is derived from it yet.
+        # Each update has a new submap, from which nothing is cached yet.
         fresh = PreparedMap(cut, sub.graph, map_evidence(cut.grid))
         return gather_evidence(plan, fresh, found.estimates, found.match, search.log_range)
 
@@ -133,7 +133,7 @@ def scorer_figures() -> list[Figure]:
 
 
 def shell_figures() -> list[Figure]:
-    """Return how long ``fpnet match`` takes from the shell, ``fpnet localize`` and the help."""
+    """Return the times of ``fpnet match``, ``fpnet localize`` and the help from the shell."""
     mapped = _mapped()
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
@@ -162,7 +162,7 @@ def _mapped() -> MappedPair:
 
 
 def _write_scans(folder: Path) -> None:
-    """Write two scans of a small room with their poses: a drive that is over at once."""
+    """Write two scans of a small room with their poses: the shortest possible recording."""
     folder.mkdir()
     angle = np.linspace(-np.pi, np.pi, 360, endpoint=False)
     reach = 2.0 / np.maximum(np.abs(np.cos(angle)), np.abs(np.sin(angle)))
@@ -177,7 +177,7 @@ def _write_scans(folder: Path) -> None:
 
 
 def _grid_graph(nodes: int, frame: Literal['plan', 'submap'], turn_rad: float) -> RegionGraph:
-    """Return rooms on a grid with a door to the next one each, half rooms and half doors."""
+    """Return a graph of rooms on a grid, each with a door to the next: half rooms, half doors."""
     rng, R = np.random.default_rng(0), rotation(turn_rad)
     side = int(np.ceil(np.sqrt(nodes / 2)))
     regions, edges = [], []
@@ -201,4 +201,4 @@ PARTS: dict[str, Callable[[], list[Figure]]] = {
     'judge': scorer_figures,
     'shell': shell_figures,
 }
-"""What needs no data and no drive."""
+"""Parts that need neither data nor a recording."""

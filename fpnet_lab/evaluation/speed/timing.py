@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A figure of time, and calls timed by the clock and by the processor."""
+"""Duration figures, and functions that measure wall and processor time."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from fpnet_core.errors import FpnetError
 from fpnet_lab.scores import Score, Unit, Units
 
 REPEATS = 5
-"""Numerical: calls of which the median is taken."""
+"""Numerical: timed calls per median."""
 
 _UNIT = Units.SECONDS.to(4)  # numerical: digits
 
 Clocked = tuple[float, float]
-"""A duration by the clock and of the processor [s]."""
+"""Wall time and processor time [s]."""
 
 Result = TypeVar('Result')
 
@@ -33,10 +33,10 @@ Result = TypeVar('Result')
 @dataclass(frozen=True, kw_only=True)
 class Figure(Score):
     """
-    A duration [s] by the clock, and what it should be at most; no aim for None.
+    A wall time [s] and its upper limit as aim; None: no aim.
 
-    ``cpu_s`` is processor time of all threads, which other work on the machine changes less.
-    ``of`` says of how many calls it is the median or quantile.
+    ``cpu_s`` is the processor time of all threads, which other load on the machine affects less.
+    ``of`` is the number of calls of the median or quantile.
     """
 
     unit: Unit = _UNIT
@@ -44,7 +44,7 @@ class Figure(Score):
     of: int = REPEATS
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for a report."""
+        """Return the figure as an entry of a report."""
         return {
             'seconds': round(self.value, 5),
             'cpu_s': round(self.cpu_s, 5),
@@ -59,7 +59,7 @@ def median_of(
     """
     Return the median over ``calls`` of each one's median time.
 
-    Each is called once before, which compiles and loads what later calls have.
+    Each call runs once before, untimed, for compilation and loading.
     """
     times = np.array([_medians(call, repeats) for call in calls])
     wall_s, cpu_s = np.median(times, axis=0)
@@ -74,21 +74,21 @@ def _medians(call: Callable[[], object], repeats: int) -> Clocked:
 
 
 def clocked(call: Callable[[], Result]) -> tuple[Result, Clocked]:
-    """Return what a call does, and how long it takes."""
+    """Return the result of a call, and its duration."""
     start, cpu = time.perf_counter(), time.process_time()
     result = call()
     return result, (time.perf_counter() - start, time.process_time() - cpu)
 
 
 def quantile_of(name: str, aim_s: float | None, times: Sequence[Clocked], share: float) -> Figure:
-    """Return a quantile of what was timed elsewhere."""
+    """Return a quantile of given times."""
     wall_s, cpu_s = np.quantile(np.array(times), share, axis=0)
     return Figure(name, float(wall_s), aim_s, cpu_s=float(cpu_s), of=len(times))
 
 
 def shell_figure(name: str, aim_s: float, arguments: Sequence[str], cwd: Path) -> Figure:
     """
-    Return how long a command of ``fpnet`` takes from the shell, the median of five.
+    Return the duration of an ``fpnet`` command from the shell, the median of five.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From a layout to a building that can be ray-cast: walls, doors, windows, floor, ceiling, furniture.
+Extrusion of a layout for ray casting: walls, doors, windows, floor, ceiling, furniture.
 
-Doors are lower than the ceiling: the wall above a door (its lintel) is what tells a door from a
-narrow place in a lidar's view. Frame ``building``: x and y of the plan, z = 0 on the floor.
+Doors are lower than the ceiling: the wall above a door (its lintel) distinguishes a door from a
+narrow passage in lidar data. Frame ``building``: x and y of the plan, z = 0 on the floor.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Building:
     An extruded plan, frame ``building`` [m].
 
     ``walls`` include lintels and door leaves, ``shell`` is floor and ceiling, ``contents`` is all
-    furniture, ``glass`` what most rays pass.
+    furniture; most rays pass ``glass``.
     """
 
     plan: BuildingPlan
@@ -50,7 +50,7 @@ class Building:
 
     @property
     def parts(self) -> tuple[TriangleMesh, TriangleMesh, TriangleMesh]:
-        """Walls, shell and contents: the order of the parts' reflectivities in a lidar."""
+        """Walls, shell and contents, in the order of the lidar's reflectivities."""
         return self.walls, self.shell, self.contents
 
 
@@ -63,19 +63,19 @@ def extrude(
     style: BuildingStyle | None = None,
 ) -> Building:
     """
-    Raise a plan's walls, fit doors and windows, and furnish its rooms.
+    Extrude a plan's walls, add doors and windows, and furnish its rooms.
 
     Parameters
     ----------
     plan : BuildingPlan
     rng : numpy.random.Generator
-        Draws the furniture, heights, leaves and windows.
+        Random generator of furniture, heights, leaves and windows.
     keep_clear : shapely geometry, frame ``building``
-        Where no furniture may stand and no leaf be, such as the robot's path with its clearance.
+        Area without furniture and leaves, for example the robot's path with its clearance.
     is_furnished : bool
-        False leaves the rooms empty.
+        If False, rooms are empty.
     style : BuildingStyle
-        Default: lintels, and neither leaves nor windows.
+        Default: lintels, without leaves and windows.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def extrude(
 
 
 def _walls(plan: BuildingPlan, ceiling_m: float, panes: list[Pane]) -> TriangleMesh:
-    """Return everything solid from floor to ceiling, but for windows."""
+    """Return all solid parts from floor to ceiling, without the holes of windows."""
     open_area = walkable_area(plan)
     hull = open_area.buffer(OUTER_WALL_M, join_style='mitre')
     solid = shapely.difference(_without_courtyards(hull), open_area)
@@ -128,13 +128,13 @@ def _walls(plan: BuildingPlan, ceiling_m: float, panes: list[Pane]) -> TriangleM
 
 
 def _without_courtyards(hull: shapely.Geometry) -> shapely.Geometry:
-    """Fill holes: what lies between rooms but is no room is solid."""
+    """Fill holes, so that all space between rooms is solid."""
     parts = shapely.get_parts(hull).tolist()
     return shapely.union_all([shapely.Polygon(part.exterior) for part in parts])
 
 
 def _shell(plan: BuildingPlan, ceiling_m: float) -> TriangleMesh:
-    """Return floor and ceiling as two rectangles that reach below and above all walls."""
+    """Return floor and ceiling as two rectangles that cover all walls."""
     (x0, y0), (x1, y1) = plan.extent + np.array([[-OUTER_WALL_M], [OUTER_WALL_M]])
     area = shapely.box(x0, y0, x1, y1)
     return merge_meshes(

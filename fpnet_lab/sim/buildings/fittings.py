@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Door leaves, windows and glass fronts: what is fitted into the walls of a building."""
+"""Door leaves, windows and glass fronts in the walls of a building."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ Array = NDArray[np.float64]
 # Chosen, not measured:
 _LEAF_M = 0.04  # thickness of a door leaf
 _LEAF_GAP_M = 0.02  # between a leaf's upper edge and the lintel
-_WIDE_OPEN_RAD = (1.5, 2.0, 2.7, 1.2)  # how far leaves are opened, in the order of trying
-_CORNER_M = 0.3  # windows keep this far from a room's corners and doors
+_WIDE_OPEN_RAD = (1.5, 2.0, 2.7, 1.2)  # opening angles of leaves, in the order of trial
+_CORNER_M = 0.3  # minimum distance of windows from a room's corners and doors
 _WINDOW_M = (0.9, 2.2)
-_PLINTH_M = 0.1  # below a glass front
+_PLINTH_M = 0.1  # height of the wall below a glass front
 _PIER_M = (0.4, 1.5)  # wall between two windows
 
 
 class Pane(NamedTuple):
-    """A hole through a wall with glass in its middle: ``hole`` and heights of its edges [m]."""
+    """A wall opening ``hole`` with glass in its middle, and the heights of its edges [m]."""
 
     hole: Polygon
     glass: shapely.LineString
@@ -41,13 +41,13 @@ class Pane(NamedTuple):
 @dataclass(frozen=True)
 class BuildingStyle:
     """
-    How a plan is raised; metres, and shares in [0, 1].
+    Parameters of extrusion; lengths in metres, shares in [0, 1].
 
-    ``ceiling_m`` and ``lintel_m`` are drawn evenly from their ranges, once per building.
-    ``frameless`` is the share of doors that reach up to the ceiling, without a lintel; ``leaves``
-    that of doors with leaves, ``closed`` that of those which are shut (never on the robot's way).
-    ``windows`` is the share of rooms whose outer walls have windows, ``glass_fronts`` that of
-    rooms with a wall of glass towards their corridor.
+    ``ceiling_m`` and ``lintel_m`` are sampled uniformly from their ranges, once per building.
+    ``frameless`` is the share of ceiling-high doors without a lintel, ``leaves`` that of doors
+    with leaves, ``closed`` that of closed leaves (never on the robot's path).
+    ``windows`` is the share of rooms with windows in their outer walls, ``glass_fronts`` that of
+    rooms with a glass wall towards their corridor.
     """
 
     ceiling_m: tuple[float, float] = (2.7, 2.7)
@@ -69,7 +69,7 @@ BUILDING_STYLES: dict[str, BuildingStyle] = {
     'frameless': BuildingStyle(frameless=1.0),
     'glass': BuildingStyle(leaves=0.7, windows=1.0, glass_fronts=0.4),
 }
-"""Ways to raise a plan, by name. Chosen."""
+"""Extrusion styles by name. Chosen."""
 
 
 def hang_leaves(
@@ -80,10 +80,10 @@ def hang_leaves(
     keep_clear: shapely.Geometry | None,
 ) -> list[tuple[Polygon, float]]:
     """
-    Return door leaves as bases and heights [m].
+    Return door leaves as base polygons and heights [m].
 
-    A leaf hangs where its door says and stands open as far as ``keep_clear`` allows, in the room
-    that it swings into; where it would be in the way at any angle, it has been taken off.
+    A leaf hangs at its door's hinge and opens into the room of its swing, at the first angle that
+    does not obstruct ``keep_clear``. It is omitted if every angle obstructs it.
     """
     clear = keep_clear if keep_clear is not None else Polygon()
     leaves: list[tuple[Polygon, float]] = []
@@ -103,7 +103,7 @@ def hang_leaves(
 
 
 def _hinges(door: PlanDoor) -> Iterator[tuple[Array, Array]]:
-    """Yield each leaf's hinge and where its other edge is when shut."""
+    """Yield each leaf's hinge (2,) and the position (2,) of its other edge when closed."""
     first, last = door.ends[door.hinge], door.ends[1 - door.hinge]
     if door.leaves == 1:
         yield first, last
@@ -116,7 +116,7 @@ def _hinges(door: PlanDoor) -> Iterator[tuple[Array, Array]]:
 def _open_leaf(
     plan: BuildingPlan, door: PlanDoor, hinge: Array, other: Array, clear: shapely.Geometry
 ) -> Polygon | None:
-    """Return the leaf at the first angle at which it stays in its room and out of ``clear``."""
+    """Return the leaf at the first angle inside its room and outside of ``clear``, or None."""
     room = plan.outlines[door.rooms[door.swing]]
     normal = door.normal
     middle = door.ends.mean(axis=0)
@@ -133,7 +133,7 @@ def _open_leaf(
 
 
 def _leaf(hinge: Array, along: Array, angle_rad: float) -> Polygon:
-    """Return the base of a leaf whose shut direction is ``along``, turned about its hinge."""
+    """Return the base of a leaf with closed direction ``along``, rotated about its hinge."""
     tip = hinge + rotation(angle_rad) @ along
     return shapely.LineString([hinge, tip]).buffer(_LEAF_M / 2.0, cap_style='flat')
 
@@ -141,7 +141,7 @@ def _leaf(hinge: Array, along: Array, angle_rad: float) -> Polygon:
 def cut_windows(
     plan: BuildingPlan, style: BuildingStyle, outer_wall_m: float, rng: np.random.Generator
 ) -> list[Pane]:
-    """Draw windows in the outer walls of rooms, and glass fronts between rooms and corridors."""
+    """Sample windows in the outer walls of rooms, and glass fronts between rooms and corridors."""
     built = shapely.union_all(shapely.buffer(plan.outlines, outer_wall_m, join_style='mitre'))
     ways = shapely.union_all(
         [o for o, room in zip(plan.outlines, plan.rooms, strict=True) if room.kind != 'room']
@@ -170,7 +170,7 @@ def cut_windows(
 def _beside_doors(
     start: Array, end: Array, doors: shapely.Geometry
 ) -> Iterator[tuple[Array, Array]]:
-    """Yield the ends of what a wall has free of corners and doors, where that is long enough."""
+    """Yield the ends of sufficiently long wall sections clear of corners and doors."""
     inset = (end - start) / np.linalg.norm(end - start) * _CORNER_M
     line = shapely.LineString([start + inset, end - inset])
     for part in shapely.get_parts(shapely.difference(line, doors)).tolist():
@@ -189,7 +189,7 @@ def _walls_of(ring: Array) -> Iterator[tuple[Array, Array, Array]]:
 
 
 def _bays(start: Array, end: Array, rng: np.random.Generator) -> Iterator[tuple[Array, Array]]:
-    """Yield the ends of the windows of one wall: equal ones at equal distances."""
+    """Yield the ends of one wall's windows, with equal widths and spacing."""
     length = float(np.linalg.norm(end - start))
     along = (end - start) / length
     width, pier = rng.uniform(*_WINDOW_M), rng.uniform(*_PIER_M)
@@ -201,7 +201,7 @@ def _bays(start: Array, end: Array, rng: np.random.Generator) -> Iterator[tuple[
 
 
 def _pane(start: Array, end: Array, depth: Array, bottom_m: float, top_m: float) -> Pane:
-    over = 0.1 * depth  # the hole must not leave a skin of wall on either side
+    over = 0.1 * depth  # margin, so that the hole fully penetrates the wall
     hole = Polygon([start - over, end - over, end + depth + over, start + depth + over])
     middle = shapely.LineString([start + depth / 2.0, end + depth / 2.0])
     return Pane(hole, middle, bottom_m, top_m)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where furniture stands: rooms are filled, doors and ways stay clear.
+Placement of furniture in rooms, clear of doors and paths.
 
-Worlds for scanners and drawings are furnished by the same rule; what differs is the stock, as
-architects draw washrooms and plants that no scanner is shown.
+Simulated worlds and drawings are furnished by the same rule but with different stocks: drawings
+include bathroom fixtures and plants that simulated worlds do not have.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from fpnet_lab.sim.types import BuildingPlan, PlanRoom
 Array = NDArray[np.float64]
 
 DOOR_CLEARANCE_M = 0.9
-"""Furniture keeps this far from the opening of a door, on both sides of the wall. Chosen."""
+"""Minimum distance of furniture from a door opening, on both sides of the wall. Chosen."""
 
 LOOSE_DOOR_CLEARANCE_M = 1.2
-"""Where only a slice of it matters, furniture keeps this far from the middle of a door. Chosen."""
+"""Minimum distance of furniture from the middle of a door in loose furnishing. Chosen."""
 
 ROOM_DENSITY_PER_M2 = (0.10, 0.28)
 CORRIDOR_DENSITY_PER_M2 = (0.0, 0.06)
-"""Pieces per square metre; each building draws its own density from the range. Chosen."""
+"""Pieces per square metre; each building samples its density from the range. Chosen."""
 
 FIXTURE_SPACING_M = 5.0
 """Length of corridor wall per radiator, notice board or fire extinguisher. Chosen."""
@@ -49,9 +49,9 @@ _MAX_PIECES = 16
 _TRIES_PER_PIECE = 6
 _WALL_GAP_M = (0.01, 0.06)
 _PIECE_GAP_M = 0.1
-_PASSAGE_M = 0.8  # what a cabinet in a corridor must leave free
-_SKEW_RAD = 0.05  # by how much tables are out of line
-_FREE_STANDING = {'table', 'round table'}  # all else has its back to a wall
+_PASSAGE_M = 0.8  # minimum passage width beside a cabinet in a corridor
+_SKEW_RAD = 0.05  # standard deviation of table angles
+_FREE_STANDING = {'table', 'round table'}  # all other pieces have their back to a wall
 
 
 def furnish(
@@ -62,21 +62,21 @@ def furnish(
     empty: Collection[int] = (),
 ) -> tuple[FurniturePiece, ...]:
     """
-    Fill rooms with furniture and put the odd cabinet into corridors.
+    Place furniture in rooms and occasional cabinets in corridors.
 
     Parameters
     ----------
     plan : BuildingPlan
     rng : numpy.random.Generator
     keep_clear : shapely geometry, frame ``building``
-        Stays free, for example the robot's path with its clearance; doors always stay free.
+        Area to keep clear, for example the robot's path with its clearance; doors stay clear.
     stocks : sequence of Stock
-        What may stand in rooms, those of small rooms first.
-    empty : numbers of rooms that stay empty
+        Furniture of rooms, starting with small rooms.
+    empty : indices of rooms that stay empty
 
     Returns
     -------
-    tuple of FurniturePiece, frame ``building``; empty where nothing fits.
+    tuple of FurniturePiece, frame ``building``; empty if nothing fits.
     """
     zones = [_door_zone(plan, index) for index in range(len(plan.doors))]
     blocked = shapely.union_all([*zones, *([keep_clear] if keep_clear is not None else [])])
@@ -93,10 +93,10 @@ def furnish(
 
 def furnish_loosely(plan: BuildingPlan, rng: np.random.Generator) -> Boxes:
     """
-    Fill a storey with the same furniture, fast: pieces may touch, or reach into walls.
+    Furnish a storey quickly; pieces may overlap or extend into walls.
 
-    That is enough where only a slice is looked at, or a drawing; whoever rasterises it keeps to
-    the rooms. Doors stay clear.
+    This suffices for a planar slice or a drawing; callers must clip the rasterized pieces to the
+    rooms. Doors stay clear.
     """
     doors = np.array([door.ends.mean(axis=0) for door in plan.doors]).reshape(-1, 2)
     densities = _draw_densities(rng)
@@ -118,7 +118,7 @@ def furnish_loosely(plan: BuildingPlan, rng: np.random.Generator) -> Boxes:
 
 
 def _draw_densities(rng: np.random.Generator) -> dict[str, float]:
-    """Draw how many pieces per square metre the kinds of rooms of a building have."""
+    """Sample the number of pieces per square metre for each kind of room of a building."""
     return {
         'room': rng.uniform(*ROOM_DENSITY_PER_M2),
         'corridor': rng.uniform(*CORRIDOR_DENSITY_PER_M2),
@@ -133,7 +133,7 @@ def _draw_makers(
     stocks: Sequence[Stock],
     rng: np.random.Generator,
 ) -> list[Maker]:
-    """Draw what stands in a room, before it is known where."""
+    """Sample the makers of a room's furniture, without positions."""
     count = min(_MAX_PIECES, int(rng.poisson(densities[room.kind] * outline.area)))
     if room.kind == 'room':
         stock = next(stock for stock in stocks if outline.area <= stock.most_m2)
@@ -146,9 +146,9 @@ def _loose_places(
     rng: np.random.Generator, ring: Array, is_free: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """
-    Return places (B, 2) and angles (B,) for pieces in a room.
+    Return positions (B, 2) and angles (B,) for pieces in a room.
 
-    They are at the outline ``ring (V, 2)``, counter-clockwise, or between two places at it.
+    They are on the counter-clockwise outline ``ring (V, 2)`` or midway between two points on it.
     """
     count = len(is_free)
     edges = np.roll(ring, -1, axis=0) - ring
@@ -164,7 +164,7 @@ def _loose_places(
 
 
 def _door_zone(plan: BuildingPlan, index: int) -> Polygon:
-    """Return a door's opening, lengthened by the clearance into both rooms."""
+    """Return a door's opening, extended by the clearance into both rooms."""
     door = plan.doors[index]
     opening = opening_polygon(plan, door)
     reach = DOOR_CLEARANCE_M * door.normal
@@ -181,7 +181,7 @@ def _furnish_room(
     makers: list[Maker],
     rng: np.random.Generator,
 ) -> list[FurniturePiece]:
-    """Place a piece of each maker where it touches neither others nor what is blocked."""
+    """Place one piece per maker, clear of other pieces and of ``blocked``, where it fits."""
     shapely.prepare(outline)
     pieces: list[FurniturePiece] = []
     for make in makers:
@@ -199,7 +199,7 @@ def _furnish_room(
 
 
 def _leaves_passage(outline: Polygon, pieces: list[FurniturePiece]) -> bool:
-    """Say whether a robot still gets from one end of a corridor to the other."""
+    """Return whether the pieces leave a passage through the corridor."""
     half = _PASSAGE_M / 2.0
     free = shapely.difference(outline, shapely.union_all([p.footprint for p in pieces]))
     before = shapely.get_num_geometries(outline.buffer(-half))
@@ -209,7 +209,7 @@ def _leaves_passage(outline: Polygon, pieces: list[FurniturePiece]) -> bool:
 def _place(
     piece: FurniturePiece, ring: Array, outline: Polygon, rng: np.random.Generator
 ) -> FurniturePiece:
-    """Draw a place: tables stand anywhere in a room, all else against a wall."""
+    """Return the piece at a random pose: tables anywhere in a room, others against a wall."""
     if piece.kind not in _FREE_STANDING:
         return _against_wall(piece, ring, rng)
     x0, y0, x1, y1 = outline.bounds
@@ -225,7 +225,7 @@ def _edge_yaw(ring: Array, rng: np.random.Generator) -> float:
 
 
 def _against_wall(piece: FurniturePiece, ring: Array, rng: np.random.Generator) -> FurniturePiece:
-    """Put the piece's back at a random place along the outline (V, 2), counter-clockwise."""
+    """Return the piece at a random position along a counter-clockwise outline (V, 2)."""
     edges = np.roll(ring, -1, axis=0) - ring
     lengths = np.linalg.norm(edges, axis=1)
     index = int(rng.choice(len(ring), p=lengths / lengths.sum()))

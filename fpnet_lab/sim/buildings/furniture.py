@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Furniture: what a scanner sees in rooms, and what architects draw there.
+Furniture catalogue for simulated worlds and for drawings.
 
-Every piece is a handful of upright boxes (a table is a top and four legs), so that low beams pass
-below tables and between chair legs as they do in offices and flats. One catalogue serves lidars,
-which meet all of it, planar scanners, which meet a slice, and drawings, which show it from above.
-Where it stands is said in :mod:`fpnet_lab.sim.buildings.furnishing`.
+Every piece consists of a few upright boxes (a table is a top and four legs), so that low beams
+pass below tables and between chair legs as in real buildings. One catalogue serves 3D lidars,
+planar scanners, which measure one slice, and drawings, which show pieces from above.
+:mod:`fpnet_lab.sim.buildings.furnishing` places the pieces.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 _LEG_M = 0.05  # chosen
 
-# Given: where a box's corners lie, in units of its half sides.
+# Given: corners of a box in units of its half sides.
 _CORNERS = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 
@@ -41,7 +41,7 @@ class Boxes:
 
     @property
     def columns(self) -> tuple[Array, Array, Array, Array]:
-        """Centres, half sides, angles and heights."""
+        """Centres, half sides, angles and vertical spans."""
         return self.centre, self.half, self.yaw, self.span
 
     @property
@@ -52,22 +52,22 @@ class Boxes:
         return np.asarray(np.stack([c * x - s * y, s * x + c * y], axis=2) + self.centre[:, None])
 
     def met_at(self, height_m: float) -> list[Array]:
-        """Return the outlines (4, 2) of the boxes that a level ray at this height meets."""
+        """Return the outlines (4, 2) of the boxes that span a height [m]."""
         return list(self.rings[(self.span[:, 0] <= height_m) & (height_m <= self.span[:, 1])])
 
     def from_above(self) -> Array:
-        """Return the outlines (F, 4, 2) of all that is wider than a leg."""
+        """Return the outlines (F, 4, 2) of all boxes wider than a leg."""
         return np.asarray(self.rings[self.half.min(axis=1) > _LEG_M])
 
     def moved(self, xy: Array, yaw_rad: Array | float) -> Boxes:
-        """Return the boxes, or each of them, with their origin at ``xy`` and turned."""
+        """Return the boxes with their common or individual origins at ``xy``, rotated."""
         c, s = np.cos(yaw_rad), np.sin(yaw_rad)
         x, y = self.centre.T
         centre = np.stack([c * x - s * y, s * x + c * y], axis=1) + xy
         return Boxes(centre, self.half, self.yaw + yaw_rad, self.span)
 
     def mesh(self) -> TriangleMesh:
-        """Return the surface of all boxes."""
+        """Return the surface mesh of all boxes."""
         return merge_meshes(
             [
                 extrude_polygon(Polygon(ring), bottom_m, top_m)
@@ -77,7 +77,7 @@ class Boxes:
 
 
 def joined(groups: Sequence[Boxes]) -> Boxes:
-    """Return all boxes of some groups."""
+    """Return the boxes of all groups as one group."""
     if not groups:
         return Boxes(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)))
     columns = zip(*(group.columns for group in groups), strict=True)
@@ -89,7 +89,7 @@ class FurniturePiece:
     """
     One piece, for example a table with its chairs [m].
 
-    So many of its last boxes are ``rounded``: drawings show circles in their place.
+    Its last ``rounded`` boxes are drawn as circles.
     """
 
     kind: str
@@ -98,34 +98,34 @@ class FurniturePiece:
 
     @cached_property
     def footprint(self) -> Polygon:
-        """The convex hull of its boxes on the floor."""
+        """Convex hull of the boxes' outlines on the floor."""
         return shapely.convex_hull(shapely.multipoints(self.boxes.rings.reshape(-1, 2)))
 
     @property
     def rings(self) -> Array:
-        """Its symbol's outlines (F, 4, 2): what has corners and is wider than a leg, once each."""
+        """Distinct outlines (F, 4, 2) of the symbol: boxes wider than a leg that are not round."""
         cornered = len(self.boxes.yaw) - self.rounded
         boxes = Boxes(*(column[:cornered] for column in self.boxes.columns))
         return np.unique(boxes.from_above(), axis=0)
 
     @property
     def discs(self) -> Array:
-        """Its symbol's circles (N, 3): x, y and radius [m]."""
+        """Circles (N, 3) of the symbol: x, y and radius [m]."""
         first = len(self.boxes.yaw) - self.rounded
         return np.concatenate([self.boxes.centre, self.boxes.half[:, :1]], axis=1)[first:]
 
     def moved(self, xy: Array, yaw_rad: float) -> FurniturePiece:
-        """Return the piece with its own origin at ``xy (2,)``, turned by ``yaw_rad``."""
+        """Return the piece with its origin at ``xy (2,)``, rotated by ``yaw_rad``."""
         return replace(self, boxes=self.boxes.moved(xy, yaw_rad))
 
 
 Maker = Callable[[np.random.Generator], FurniturePiece]
-"""Draws a piece in its own frame."""
+"""Function that samples a piece in the piece's frame."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stock:
-    """What stands in rooms of up to ``most_m2``: ``makers`` of pieces, and the share of each."""
+    """Furniture of rooms up to ``most_m2``: ``makers`` of pieces, and the share of each."""
 
     makers: tuple[Maker, ...]
     shares: tuple[float, ...]
@@ -137,8 +137,8 @@ class Stock:
         return np.asarray(summed / summed[-1])
 
     def draw(self, rng: np.random.Generator) -> FurniturePiece:
-        """Draw a piece in its own frame."""
-        # As Generator.choice would, which takes ten times as long.
+        """Sample a piece in the piece's frame."""
+        # Equivalent to Generator.choice, but ten times faster.
         return self.makers[int(np.searchsorted(self._up_to, rng.random(), 'right'))](rng)
 
 
@@ -154,18 +154,18 @@ def _piece(kind: str, *boxes: Box, rounded: int = 0) -> FurniturePiece:
 
 
 def _disc(x: float, y: float, radius: float, bottom: float, top: float) -> Box:
-    """Return the box around a disc with the centre (x, y)."""
+    """Return the bounding box of a disc with centre (x, y)."""
     return (x - radius, y - radius, 2.0 * radius, 2.0 * radius, bottom, top)
 
 
 def _legs(x: float, y: float, width: float, depth: float, top: float) -> list[Box]:
-    """Return four legs at the corners of a base that starts at (x, y); metres."""
+    """Return four legs at the corners of a base with lower corner (x, y) [m]."""
     columns, rows = (x, x + width - _LEG_M), (y, y + depth - _LEG_M)
     return [(cx, cy, _LEG_M, _LEG_M, 0.0, top) for cx in columns for cy in rows]
 
 
 def _chair(x: float, y: float, faces_up: bool) -> list[Box]:
-    """Return a chair around the centre (x, y) that looks along +y or -y."""
+    """Return a chair centred at (x, y), facing +y or -y."""
     size, seat_m, back_m = 0.45, 0.45, 0.9
     x0, y0 = x - size / 2.0, y - size / 2.0
     back_y = y0 if faces_up else y0 + size - _LEG_M
@@ -176,7 +176,7 @@ def _chair(x: float, y: float, faces_up: bool) -> list[Box]:
     ]
 
 
-# The makers below draw one piece in its own frame: x along the wall, y into the room, origin in
+# The makers below sample one piece in its own frame: x along the wall, y into the room, origin at
 # the middle of its back; a table's origin is its centre.
 
 
@@ -187,12 +187,12 @@ def _cabinet(rng: np.random.Generator, deepest_m: float = 0.6) -> FurniturePiece
 
 
 def corridor_cabinet(rng: np.random.Generator) -> FurniturePiece:
-    """Draw a cabinet of the depth that corridors have space for."""
+    """Sample a cabinet shallow enough for corridors."""
     return _cabinet(rng, deepest_m=0.45)
 
 
 def fixture(rng: np.random.Generator) -> FurniturePiece:
-    """Draw a radiator, a notice board or a fire extinguisher."""
+    """Sample a radiator, a notice board or a fire extinguisher."""
     width, depth, bottom = rng.uniform(0.25, 1.4), rng.uniform(0.06, 0.2), rng.uniform(0.0, 1.2)
     top = bottom + rng.uniform(0.4, 1.0)
     return _piece('fixture', (-width / 2.0, 0.0, width, depth, bottom, top))
@@ -283,7 +283,7 @@ def _plant(rng: np.random.Generator) -> FurniturePiece:
 STANDING = (
     Stock((_cabinet, _shelf, _desk, _sofa, _bed, _table), (0.25, 0.2, 0.25, 0.08, 0.07, 0.15)),
 )
-"""What scanners meet in rooms. Chosen."""
+"""Furniture of simulated worlds. Chosen."""
 
 DRAWN = (
     Stock((_toilet, _basin), (0.5, 0.5), most_m2=6.0),
@@ -293,4 +293,4 @@ DRAWN = (
         (0.25, 0.2, 0.12, 0.14, 0.12, 0.12, 0.05),
     ),
 )
-"""What architects furnish rooms with, small ones first. Chosen."""
+"""Furniture of drawings, starting with small rooms. Chosen."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Triangle meshes made by raising flat polygons: all that a building needs."""
+"""Triangle meshes of buildings, extruded from polygons."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from shapely.geometry.polygon import orient
 
 Array = NDArray[np.float64]
 
-_FLAT = 2  # given: dimensions of a polygon, where a line has one
+_FLAT = 2  # given: dimension of a polygon; a line has 1
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """``vertices (V, 3) float64`` [m] and ``triangles (T, 3) int64``, indices of vertices."""
+    """A mesh of ``vertices (V, 3) float64`` [m] and ``triangles (T, 3) int64`` (indices)."""
 
     vertices: Array
     triangles: NDArray[np.int64]
 
     @property
     def corners(self) -> Array:
-        """The triangles' corner points (T, 3, 3) [m]."""
+        """Corner points of the triangles (T, 3, 3) [m]."""
         corners: Array = self.vertices[self.triangles]
         return corners
 
 
 def merge_meshes(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
-    """Return all triangles in one mesh; no meshes give an empty one."""
+    """Return one mesh with all triangles; it is empty if there are no meshes."""
     if not meshes:
         return TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
@@ -46,7 +46,7 @@ def merge_meshes(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
 
 
 def extrude_polygon(area: Polygon | MultiPolygon, bottom_m: float, top_m: float) -> TriangleMesh:
-    """Return the closed surface of the prism over ``area`` (holes allowed), facing outwards."""
+    """Return the outward-facing surface of the prism over ``area``, which may have holes."""
     parts = [part for part in shapely.get_parts(area).tolist() if isinstance(part, Polygon)]
     pieces = []
     for part in map(orient, parts):  # outer rings counter-clockwise, holes clockwise
@@ -57,12 +57,12 @@ def extrude_polygon(area: Polygon | MultiPolygon, bottom_m: float, top_m: float)
 
 
 def horizontal_sheet(area: Polygon, z_m: float, faces_up: bool) -> TriangleMesh:
-    """Return a flat polygon at height ``z_m``: a floor (facing up) or a ceiling."""
+    """Return a horizontal polygon at height ``z_m``: a floor (facing up) or a ceiling."""
     return _cap(area, z_m, is_top=faces_up)
 
 
 def _side_faces(ring: Array, bottom_m: float, top_m: float) -> TriangleMesh:
-    """Return two triangles per edge of a ring (V, 2) whose solid lies to the left."""
+    """Return two triangles per edge of a ring (V, 2) with the solid on its left."""
     count = len(ring)
     low = np.arange(count)
     next_low = np.roll(low, -1)
@@ -90,10 +90,10 @@ def _cap(area: Polygon, z_m: float, is_top: bool) -> TriangleMesh:
 
 def _triangles(area: Polygon) -> Array:
     """
-    Return triangles ``(T, 3, 2)`` that fill a polygon, each in any direction.
+    Return triangles ``(T, 3, 2)`` that fill a polygon, in arbitrary orientation.
 
-    Those of Delaunay ignore its edges; what an edge crosses is cut by it. No corner lies inside of
-    a triangle, so that all pieces are convex.
+    Delaunay triangles ignore the polygon's edges, so triangles that cross an edge are clipped. No
+    corner of the polygon is inside a triangle, so all pieces are convex.
     """
     shapely.prepare(area)
     found = shapely.get_parts(shapely.delaunay_triangles(area))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where one can stand in a building: rooms, and the openings that join them."""
+"""Walkable area of a building: rooms and the openings between them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from shapely import MultiPolygon, Polygon
 
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
-# Numerical: an opening reaches this far into both rooms, so that unions have no hair-thin walls.
+# Numerical: an opening extends this far into both rooms, so that unions leave no thin gaps.
 _OVERLAP_M = 0.01
 
 
 def opening_polygon(plan: BuildingPlan, door: PlanDoor) -> Polygon:
-    """Return the opening of ``door`` through the whole wall, overlapping both rooms a little."""
-    # A door frame of its own may stand nearer to the ends than the wall's face to the middle.
+    """Return the opening of ``door`` through the whole wall, slightly overlapping both rooms."""
+    # Rooms may be farther from the door's ends than from its middle, so the maximum is used.
     along = shapely.points([*door.ends, door.ends.mean(axis=0)])
     rooms = plan.outlines[list(door.rooms)]
     gap_m = float(shapely.distance(rooms[:, None], along).max())

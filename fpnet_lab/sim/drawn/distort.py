@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Everything that sets a drawing apart from the building, on the raster it is drawn on.
+Differences between a drawing and the building, applied to the drawing's raster.
 
-Drawings lie elsewhere, are stretched as a whole or here more than there, bent, redrawn with other
-cells and walls, cut to a part, and older or newer than the building. How draughtsmen draw is said
-in :mod:`fpnet_lab.sim.drawn.styles`.
+Drawings have another origin, global and local stretch, deformation, another resolution and wall
+thickness; they may be partial, or older or newer than the building. Drawing styles are in
+:mod:`fpnet_lab.sim.drawn.styles`.
 """
 
 from __future__ import annotations
@@ -32,35 +32,35 @@ Array = NDArray[np.float64]
 Field = Callable[[Array], Array]
 Cells = NDArray[np.int8]
 
-# Chosen, not measured: a cell is wall where walls cover this share of the interpolated place,
-# below one half, so that lines of one cell stay closed at any angle.
+# Chosen, not measured: minimum interpolated wall share of a wall cell, below one half, so that
+# one-cell lines stay closed at any angle.
 _WARPED_WALL_SHARE = 0.4
 
 # Chosen, not measured:
 _LARGEST_SHIFT_M = 20.0
 _ALL_WALLS = BuildingConfig(moved_walls=1.0, removed_walls=1.0, added_walls=1.0, glass=(0.0, 0.0))
-_THICKENED, _THINNED = 0.2, 0.2  # shares of redrawn drawings with other walls
+_THICKENED, _THINNED = 0.2, 0.2  # shares of drawings with thicker and thinner walls
 
-# Chosen to span from hardly off to as rough as the worst real drawings of the tune half (a metre
-# over a corridor's length), and drawn from evenly:
+# Chosen to span from nearly exact to the worst real drawings of the development split (1 m along a
+# corridor); sampled uniformly:
 _AMPLITUDE_M = (0.05, 0.5)  # standard deviation of one step of a distortion
-_AXIS_SHARE, _AXIS_STEP_M = 0.7, (4.0, 12.0)  # stretched piecewise along x and y
-_BEND_SHARE, _BEND_STEP_M = 0.7, (6.0, 20.0)  # bent smoothly
-_TREND = (0.3, 1.0)  # share of the overall stretch that is taken out again
-_ERASED, _ERASED_M = 2.0, (0.25, 4.0)  # pieces of wall left out, in the mean, and their size
-_WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a cell; thin walls must stay closed
-_ITERATIONS = 8  # numerical: of the inverse of a distortion that is small beside its own length
-_FITTED_EVERY = 20  # numerical: one in so many free cells tells where places lie in the mean
+_AXIS_SHARE, _AXIS_STEP_M = 0.7, (4.0, 12.0)  # piecewise stretch along x and y
+_BEND_SHARE, _BEND_STEP_M = 0.7, (6.0, 20.0)  # smooth deformation
+_TREND = (0.3, 1.0)  # share of the overall stretch that is removed again
+_ERASED, _ERASED_M = 2.0, (0.25, 4.0)  # mean number of erased rectangles, and their sides
+_WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # minimum shares of a cell; thin walls must stay closed
+_ITERATIONS = 8  # numerical: fixed-point iterations of a distortion's inverse
+_FITTED_EVERY = 20  # numerical: subsampling of the free cells in the affine fit
 _STRIDE = 8  # numerical: cells between samples of a smooth distortion
 
-# Chosen to span from a few stains to what a neglected scan shows, evenly in the logarithm:
+# Chosen to span from a few stains to a very dirty scan; sampled log-uniformly:
 _LITTER_PER_M2 = (0.2, 4.0)
 _LEAST_LITTER_M, _MOST_LITTER_M = 0.04, (0.1, 0.5)  # sides of the smallest and the largest piece
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnPlan:
-    """A plan's raster; ``A_plan_building`` maps true metres to its nominal ones."""
+    """A plan's raster; ``A_plan_building`` maps true metres to nominal metres."""
 
     grid: GridMap
     A_plan_building: Affine2D
@@ -69,7 +69,7 @@ class DrawnPlan:
 def laid_elsewhere(
     sheet: GridMap, A_sheet_building: Affine2D, rng: np.random.Generator
 ) -> DrawnPlan:
-    """Return a drawing at a random place, turned by any angle."""
+    """Return a drawing with a random origin and rotation."""
     x, y = rng.uniform(-_LARGEST_SHIFT_M, _LARGEST_SHIFT_M, size=2)
     T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
     grid = replace(sheet, T_frame_grid=T_plan_sheet @ sheet.T_frame_grid)
@@ -77,7 +77,7 @@ def laid_elsewhere(
 
 
 def littered(grid: GridMap, rng: np.random.Generator) -> GridMap:
-    """Return a drawing with stains, symbols and small things all over its floor."""
+    """Return a drawing with stains and small marks scattered over its floor."""
     cells, cell_m = grid.cells.copy(), grid.resolution
     free = np.argwhere(cells == FREE)
     per_m2 = float(np.exp(rng.uniform(*np.log(_LITTER_PER_M2))))
@@ -94,7 +94,7 @@ def littered(grid: GridMap, rng: np.random.Generator) -> GridMap:
 def renovated(
     sheet: GridMap, plan: BuildingPlan, A_plan_building: Affine2D, rng: np.random.Generator
 ) -> GridMap:
-    """Return a drawing with walls taken off it and others put on; the building stays as it is."""
+    """Return a drawing with walls removed and added; the building is unchanged."""
     changes = draw_wall_changes(plan, rng, _ALL_WALLS)
     cells = sheet.cells.copy()
     for walls, value in ((changes.removed, FREE), (changes.added, OCCUPIED)):
@@ -105,7 +105,7 @@ def renovated(
 
 
 def cut_map(grid: GridMap, ring: NDArray[np.float64]) -> GridMap:
-    """Return ``grid`` with everything outside of a convex polygon ``ring (V, 2)`` unknown."""
+    """Return ``grid`` with all cells outside of a convex polygon ``ring (V, 2)`` unknown."""
     inside = np.zeros(grid.shape, dtype=np.uint8)
     corners = np.rint(grid.xy_to_rc(ring)[:, ::-1]).astype(np.int32)
     cv2.fillConvexPoly(inside, corners, 1)
@@ -114,9 +114,9 @@ def cut_map(grid: GridMap, ring: NDArray[np.float64]) -> GridMap:
 
 def warp_map(grid: GridMap, A_plan_building: Affine2D) -> GridMap:
     """
-    Return ``grid``, frame building, as a drawing in ``plan`` with cells of the same size.
+    Transform ``grid`` from frame ``building`` to ``plan``, with the same cell size.
 
-    Walls are kept closed; what lies outside of ``grid`` is unknown.
+    Walls stay closed; cells outside of ``grid`` are unknown.
     """
     pose, size, back = warping_of(grid, A_plan_building, MARGIN_M)
 
@@ -138,7 +138,7 @@ def warp_map(grid: GridMap, A_plan_building: Affine2D) -> GridMap:
 
 
 def redrawn(grid: GridMap, cell_m: float) -> GridMap:
-    """Return a drawing with cells of another size."""
+    """Return a drawing resampled to another cell size [m]."""
     rows, cols = (max(1, round(size * grid.resolution / cell_m)) for size in grid.shape)
     how = cv2.INTER_AREA if cell_m > grid.resolution else cv2.INTER_LINEAR
 
@@ -150,7 +150,7 @@ def redrawn(grid: GridMap, cell_m: float) -> GridMap:
 
 
 def rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
-    """Return a drawing whose walls are a cell thicker or thinner now and then, never open."""
+    """Return a drawing, sometimes with walls one cell thicker or thinner, but never open."""
     kind, cells = rng.random(), np.array(grid.cells)
     wall = cells == OCCUPIED
     if kind < _THICKENED:
@@ -163,13 +163,13 @@ def rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
 
 @dataclass(frozen=True, eq=False)
 class RoughDrawing:
-    """A drawing, and where it shows a place that the true one shows at ``xy (P, 2)`` [m]."""
+    """A drawing, and its map from positions ``xy (P, 2)`` [m] in the undistorted drawing."""
 
     grid: GridMap
     displaced: Field
 
     def fitted(self) -> Affine2D:
-        """Return the affine map that comes nearest to ``displaced`` wherever one can walk."""
+        """Return the least-squares affine approximation of ``displaced`` on the free cells."""
         xy = self.grid.rc_to_xy(np.argwhere(self.grid.cells == FREE)[::_FITTED_EVERY])
         ones = np.ones((len(xy), 1))
         found = np.linalg.lstsq(np.hstack([xy, ones]), self.displaced(xy), rcond=None)[0]
@@ -177,7 +177,7 @@ class RoughDrawing:
 
 
 def rough_drawing(grid: GridMap, rng: np.random.Generator) -> RoughDrawing:
-    """Return a drawing that is locally off: stretched piecewise, bent, with walls left out."""
+    """Return a drawing with local errors: piecewise stretch, deformation, missing walls."""
     size_m = np.array(grid.shape[::-1]) * grid.resolution
     amplitude = float(rng.uniform(*_AMPLITUDE_M))
     fields: list[Field] = []
@@ -201,7 +201,7 @@ def rough_drawing(grid: GridMap, rng: np.random.Generator) -> RoughDrawing:
 
 
 def _stretched(size_m: Array, step_m: float, sigma_m: float, rng: np.random.Generator) -> Field:
-    """Return a distortion that stretches and shrinks pieces along both axes."""
+    """Return a piecewise stretch along both axes."""
     knots, values = [], []
     for length in size_m:
         at = np.arange(-step_m, length + 2.0 * step_m, step_m)
@@ -215,7 +215,7 @@ def _stretched(size_m: Array, step_m: float, sigma_m: float, rng: np.random.Gene
 
 
 def _bent(size_m: Array, step_m: float, sigma_m: float, rng: np.random.Generator) -> Field:
-    """Return a smooth distortion in any direction."""
+    """Return a smooth deformation in both directions."""
     columns, rows = (size_m / step_m).astype(int) + 4
     values = rng.normal(0.0, sigma_m, (2, rows, columns))
 
@@ -227,7 +227,7 @@ def _bent(size_m: Array, step_m: float, sigma_m: float, rng: np.random.Generator
 
 
 def _warped(grid: GridMap, shift: Field) -> Cells:
-    """Return the cells after every place has moved by ``shift`` [m, grid axes]."""
+    """Return the cells after a displacement by ``shift`` [m, grid axes]."""
     rows, cols = grid.shape
     x, y = np.meshgrid(
         np.arange(0, cols + _STRIDE, _STRIDE), np.arange(0, rows + _STRIDE, _STRIDE)
@@ -238,7 +238,7 @@ def _warped(grid: GridMap, shift: Field) -> Cells:
     for _ in range(_ITERATIONS):
         source = target - shift(source)
     coarse = (source / grid.resolution).reshape(*x.shape, 2).astype(np.float32)
-    # Samples lie on whole strides: an affine resize that keeps them there.
+    # Samples are at multiples of the stride; unlike resize, this keeps them in place.
     keep = np.array([[_STRIDE, 0.0, 0.0], [0.0, _STRIDE, 0.0]])
     back = [
         cv2.warpAffine(coarse[..., axis], keep, (cols, rows), flags=cv2.INTER_LINEAR)
@@ -251,7 +251,7 @@ def _warped(grid: GridMap, shift: Field) -> Cells:
 def _resampled(
     grid: GridMap, sampled: Callable[[NDArray[np.float32]], cv2.typing.MatLike]
 ) -> Cells:
-    """Return cells by the shares of floor and wall that resampling gives them."""
+    """Return cells classified by their resampled shares of floor and wall."""
     floor, wall = (
         np.asarray(sampled((grid.cells == value).astype(np.float32))) for value in (FREE, OCCUPIED)
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a matcher is shown of a storey: a drawing at another scale and angle, cut into rooms."""
+"""Drawings of storeys for the matcher, with random scale and rotation, segmented into rooms."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import draw_style
 from fpnet_lab.sim.plans.sources import NamedPlan
 
-# Numerical: drawings lie this far from the origin of their frame at most [m].
+# Numerical: maximum distance of drawings from the origin of their frame [m].
 SHIFT_M = 30.0
 
 
 @dataclass(frozen=True, eq=False)
 class StoreyDrawing:
     """
-    A storey as the matcher sees it.
+    A storey's drawing as input of the matcher.
 
-    ``A_plan_building`` says where the drawing shows the building; ``area (4, 2)`` is the part of
-    the building that it shows [m, building], None where it shows everything.
+    ``A_plan_building`` maps the building to the drawing; ``area (4, 2)`` is the part of the
+    building that is shown [m, building], or None if it is complete.
     """
 
     segmentation: Segmentation
@@ -45,7 +45,7 @@ def draw_storey(
     config: DrawingConfig,
     segmentation: SegmentationConfig,
 ) -> StoreyDrawing:
-    """Draw a storey: rendered from its outlines, or its own raster where it came from one."""
+    """Draw a storey from its source raster if it has one, otherwise from its outlines."""
     A = draw_placement(rng, config)
     plan = storey.plan
     if storey.raster is None:
@@ -67,7 +67,7 @@ def draw_storey(
 
 
 def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
-    """Draw ``A_plan_building``: the drawing's rotation, its scale error and its axes' ratio."""
+    """Sample ``A_plan_building``: rotation, scale error and anisotropic scale of a drawing."""
     common = rng.uniform(-config.scale_error, config.scale_error)
     split = rng.uniform(-config.axis_error, config.axis_error)
     angle = (
@@ -82,7 +82,7 @@ def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
 def _draw_area(
     storey: NamedPlan, rng: np.random.Generator, config: DrawingConfig
 ) -> NDArray[np.float64]:
-    """Draw a rectangle (4, 2) around a place in a room, sides parallel to the building's axes."""
+    """Sample an axis-parallel rectangle (4, 2) centred in a random room, frame ``building``."""
     room = storey.plan.rooms[int(rng.integers(len(storey.plan.rooms)))]
     half = rng.uniform(*config.cut_m, 2) / 2.0
     corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])

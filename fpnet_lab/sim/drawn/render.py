@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A building's plan as a drawing: the raster that a robot is given."""
+"""Rendering of a building's plan as the raster drawing given to a robot."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from fpnet_lab.sim.drawn.symbols import (
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, polygons_from_rings, ring_of
 
 _SUBPIXEL_BITS = 6
-"""Numerical: binary digits after the point of polygon corners handed to the rasteriser."""
+"""Numerical: fractional bits of polygon corners passed to the rasterizer."""
 
 DOOR_OVERLAP_M = 0.05
-"""Numerical: how far a door's cut reaches into the rooms, so that no skin of wall remains."""
+"""Numerical: overlap of a door's opening with the rooms, so that no thin wall remains."""
 
 MIN_WALL_PX = 1.5
-"""Numerical: thinner walls would leak where they run diagonally."""
+"""Numerical: minimum wall thickness; thinner diagonal walls would have gaps."""
 
 
 MARGIN_M = 1.0
 """Unknown border around a drawing. Chosen."""
 
 LINE_M = 0.03
-"""Width of drawn lines; at least a cell. Chosen."""
+"""Width of drawn lines; at least one cell. Chosen."""
 
 MIN_DOUBLE_WALL_M = 0.24
 THICK_WALL_M = 0.35
-"""Least thickness of outlined and of thick walls. Chosen."""
+"""Minimum thickness of outlined and of thick walls. Chosen."""
 
 # Chosen, not measured:
-_HATCH_M = 0.28  # from stroke to stroke
-_HATCH_PX = 2.0  # so much at least
+_HATCH_M = 0.28  # spacing of strokes
+_HATCH_PX = 2.0  # minimum spacing of strokes
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
 _FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # given: height of a capital at scale 1
@@ -63,7 +63,7 @@ _BOX_SAMPLES = 11  # numerical
 
 @dataclass(frozen=True, eq=False)
 class _Sheet:
-    """The raster (H, W) uint8 being drawn on, and how building metres become its cells."""
+    """The target raster (H, W) int8 and its transform from building metres to cells."""
 
     cells: NDArray[np.int8]
     resolution_m: float
@@ -71,7 +71,7 @@ class _Sheet:
     A: Affine2D
 
     def px(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Map building metres (..., 2) to x, y in cells from the outer corner."""
+        """Convert building metres (..., 2) to x, y in cells from the outer corner."""
         return np.asarray((self.A.apply(xy) - self.origin) / self.resolution_m)
 
     @property
@@ -80,13 +80,13 @@ class _Sheet:
         return max(1, round(LINE_M / self.resolution_m))
 
     def stroke(self, lines: Sequence[NDArray[np.float64]], is_closed: bool = False) -> None:
-        """Draw polylines (V, 2), building metres."""
+        """Draw polylines (V, 2) given in building metres."""
         corners = [fixed_point(self.px(line) - 0.5, _SUBPIXEL_BITS) for line in lines]
         ink = self.cells.view(np.uint8)
         cv2.polylines(ink, corners, is_closed, OCCUPIED, self.line_px, shift=_SUBPIXEL_BITS)
 
     def values(self, xy: NDArray[np.float64]) -> NDArray[np.int8]:
-        """Return the cells at building metres (..., 2), the nearest ones for places outside."""
+        """Return the cells at building metres (..., 2), clamped to the raster's border."""
         last = np.array(self.cells.shape[::-1]) - 1
         at = np.clip(self.px(xy).astype(int), 0, last)
         return np.asarray(self.cells[at[..., 1], at[..., 0]])
@@ -100,19 +100,19 @@ def render_plan(
     style: DrawingStyle = CLEAN,
 ) -> GridMap:
     """
-    Draw rooms and doors free, walls occupied, the outside unknown.
+    Draw rooms and doors as free, walls as occupied and the outside as unknown.
 
     Parameters
     ----------
     plan : the storey, frame ``building``
     resolution_m : cell edge [m]
-    wall_m : drawn wall thickness; None takes the plan's. Never under 1.5 cells
-    T_plan_building : where and how (rotated, stretched) the drawing shows the building
-    style : the drawing's look; its lines and letters are occupied
+    wall_m : drawn wall thickness, at least 1.5 cells; None uses the plan's thickness
+    T_plan_building : affine transform from the building to the drawing
+    style : drawing style; its lines and letters are occupied
 
     Returns
     -------
-    GridMap in frame ``plan``; its lower left corner is the drawing's.
+    GridMap in frame ``plan``, with its origin at the drawing's lower left corner.
     """
     A = T_plan_building if T_plan_building is not None else Affine2D.identity()
     wall = _drawn_wall(wall_m if wall_m is not None else plan.wall_m, resolution_m, style)
@@ -131,7 +131,7 @@ def render_plan(
 
 
 def _drawn_wall(wall_m: float, resolution_m: float, style: DrawingStyle) -> float:
-    """Return the thickness at which walls are drawn [m]."""
+    """Return the thickness of drawn walls [m]."""
     thinnest = MIN_WALL_PX * resolution_m
     if style.walls == 'thin':
         return thinnest
@@ -146,7 +146,7 @@ def _decorate(
     outlines: list[NDArray[np.float64]],
     wall_m: float,
 ) -> None:
-    """Draw, in place, whatever a style shows beside filled walls."""
+    """Draw, in place, all elements of a style other than filled walls."""
     rng = np.random.default_rng(style.seed)
     if style.walls == 'double':
         _outline_walls(sheet, outlines if style.hatching else [])
@@ -167,7 +167,7 @@ def _decorate(
 
 
 def _outline_walls(sheet: _Sheet, hatched: list[NDArray[np.float64]]) -> None:
-    """Leave the borders of walls, and strokes between them where rooms ``(V, 2)`` are hatched."""
+    """Reduce walls to their outlines, and hatch them if ``hatched (V, 2)`` has room outlines."""
     wall = (sheet.cells == OCCUPIED).astype(np.uint8)
     inner = cv2.erode(wall, np.ones((3, 3), np.uint8), iterations=sheet.line_px) > 0
     sheet.cells[inner] = FREE
@@ -181,7 +181,7 @@ def _outline_walls(sheet: _Sheet, hatched: list[NDArray[np.float64]]) -> None:
 
 
 def _draw_windows(sheet: _Sheet, outlines: list[NDArray[np.float64]], depth_m: float) -> None:
-    """Open the outer walls of rooms where nothing but paper lies behind, and glaze them."""
+    """Draw windows in the outer walls of rooms that face empty paper."""
     panes, beyond = windows(outlines, depth_m, 2.0 * sheet.resolution_m)
     panes = panes[(sheet.values(beyond) == UNKNOWN).all(axis=1)]
     if not len(panes):
@@ -192,7 +192,7 @@ def _draw_windows(sheet: _Sheet, outlines: list[NDArray[np.float64]], depth_m: f
 
 
 def _draw_furniture(sheet: _Sheet, pieces: NDArray[np.float64]) -> None:
-    """Draw the outlines (F, 4, 2) of pieces that stand on free floor."""
+    """Draw the outlines (F, 4, 2) of the pieces that are completely on free floor."""
     a, b = np.meshgrid(*2 * [np.linspace(0.0, 1.0, _BOX_SAMPLES)])
     weights = np.stack([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b]).reshape(4, -1)
     samples = np.einsum('kij,is->ksj', pieces, weights)
@@ -201,7 +201,7 @@ def _draw_furniture(sheet: _Sheet, pieces: NDArray[np.float64]) -> None:
 
 
 def _write(sheet: _Sheet, texts: list[Text]) -> None:
-    """Write texts that fit, level on the page as it is seen: with the last row on top."""
+    """Write texts that fit, horizontally on the displayed page, with the last row on top."""
     page = np.zeros(sheet.cells.shape, np.uint8)
     scale = max(_LETTER_M / sheet.resolution_m, _MIN_LETTER_PX) / _FONT_PX
     for text in texts:
@@ -215,9 +215,9 @@ def _write(sheet: _Sheet, texts: list[Text]) -> None:
 
 def room_outlines(plan: BuildingPlan, wall_m: float) -> list[NDArray[np.float64]]:
     """
-    Return each room's outline (V, 2) for walls of another thickness; none vanishes.
+    Return each room's outline (V, 2) for another wall thickness; all rooms are kept.
 
-    They run counter-clockwise.
+    Outlines are counter-clockwise.
     """
     polygons = plan.outlines
     grown = shapely.buffer(polygons, (plan.wall_m - wall_m) / 2.0, join_style='mitre')
@@ -228,9 +228,9 @@ def room_outlines(plan: BuildingPlan, wall_m: float) -> list[NDArray[np.float64]
 
 def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[np.float64]:
     """
-    Return the rectangle (4, 2) that a door cuts out of a wall drawn ``wall_m`` thick.
+    Return the rectangle (4, 2) of a door's opening in a wall drawn ``wall_m`` thick.
 
-    A full-height opening narrows with its corridor where walls are drawn thicker than they are.
+    A full-height opening narrows with its corridor if walls are drawn thicker than they are.
     """
     inset = door.along * (wall_m - true_wall_m) / 2.0 if door.is_open else np.zeros(2)
     normal = door.normal * (max(wall_m, true_wall_m) / 2.0 + DOOR_OVERLAP_M)
@@ -240,7 +240,7 @@ def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[n
 
 
 def shell_outlines(plan: BuildingPlan, outer_wall_m: float) -> list[NDArray[np.float64]]:
-    """Return the outlines of everything built: rooms grown by their walls, shafts left out."""
+    """Return the outlines of the rooms grown by their walls, without shafts."""
     grown = shapely.buffer(plan.outlines, max(outer_wall_m, plan.wall_m), join_style='mitre')
     return [ring_of(polygon) for polygon in grown]
 
@@ -252,11 +252,11 @@ def fill_polygons(
     keep_thin: bool = False,
 ) -> None:
     """
-    Set the cells whose centres lie in any of the rings, in place.
+    Set the cells with centres inside any of the rings, in place.
 
-    ``rings_px (V, 2)`` are x, y in cells from the raster's outer corner. The rasteriser also
-    covers cells that an outline merely touches, hence the inset by half a cell; ``keep_thin``
-    leaves it out, so that chair legs and the like cover a cell at least.
+    ``rings_px (V, 2)`` are x, y in cells from the raster's outer corner. The rasterizer also
+    sets cells that an outline only touches, hence the inset by half a cell; ``keep_thin`` omits
+    the inset, so that small objects like chair legs cover at least one cell.
     """
     rings = list(rings_px)
     if not keep_thin:
@@ -272,9 +272,9 @@ def paint_rings(
     raster: NDArray[np.integer[Any]], rings: Sequence[NDArray[np.float64]], value: int
 ) -> None:
     """
-    Set what lies in rings or is touched by them, in place; a ring within another is a hole.
+    Set the cells inside or touched by rings, in place; a ring inside another is a hole.
 
-    ``rings (V, 2)`` are x, y in cells, whole at their centres.
+    ``rings (V, 2)`` are x, y in cells, with integers at cell centres.
     """
     if rings:
         corners = [fixed_point(ring, _SUBPIXEL_BITS) for ring in rings]

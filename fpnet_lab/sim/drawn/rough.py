@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robot maps made of drawings: walls get bumps and specks, pieces are hidden or put there."""
+"""Imitation of robot maps from drawings: rough walls, specks, hidden and added parts."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from fpnet_lab.sim.drawn.distort import random_piece
 
 Cells = NDArray[np.int8]
 
-# Chosen to span from clean to the roughest real maps of the tune half:
+# Chosen to span from clean to the roughest real maps of the development split:
 _BUMPS, _GRAIN_CELLS = (0.0, 1.2), 2.0  # height and width of bumps on walls [cells]
-_THICKENED = (-0.5, 1.0)  # by so many cells
-_HOLLOW, _FACE_CELLS = 0.7, (1.5, 4.0)  # share of maps that know walls' faces only, and how deep
-_SPECKS = 0.003  # largest share of the floor
-_PIECES, _PIECE_M = 12.0, (0.3, 2.0)  # what stands, or is hidden, and its size
-_HIDDEN, _WALLED = 0.5, 0.6  # shares of the pieces that hide walls, and that are walls else
-_LEAST_STD = 1e-9  # numerical: a raster of one cell has no grain
+_THICKENED = (-0.5, 1.0)  # additional wall thickness [cells]
+_HOLLOW, _FACE_CELLS = 0.7, (1.5, 4.0)  # share of maps with wall faces only, and their depth
+_SPECKS = 0.003  # maximum share of the floor
+_PIECES, _PIECE_M = 12.0, (0.3, 2.0)  # mean number of changed rectangles, and their sides
+_HIDDEN, _WALLED = 0.5, 0.6  # share of rectangles that hide walls; of the others that are walls
+_LEAST_STD = 1e-9  # numerical: avoids division by zero on a single-cell raster
 
 
 def robot_map_of(grid: GridMap, rng: np.random.Generator) -> GridMap:
-    """Return a drawing as a robot might have mapped it: rough walls, clutter, things hidden."""
+    """Imitate a robot map of a drawing: rough walls, clutter, hidden parts."""
     cells = np.array(grid.cells)
     known = cells != UNKNOWN
     solid = _bumpy(cells == OCCUPIED, _BUMPS, rng) <= rng.uniform(*_THICKENED)
@@ -44,7 +44,7 @@ def robot_map_of(grid: GridMap, rng: np.random.Generator) -> GridMap:
 
 
 def _change_piece(piece: Cells, rng: np.random.Generator) -> None:
-    """Hide the walls of a piece, or put something there."""
+    """Erase the walls of a piece, or fill its free cells, in place."""
     if rng.random() < _HIDDEN:
         piece[piece == OCCUPIED] = rng.choice([FREE, UNKNOWN])
     else:
@@ -64,7 +64,7 @@ def roughened(
 def _bumpy(
     wall: NDArray[np.bool_], height_cells: tuple[float, float], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return how far cells (H, W) are from bumpy walls [cells]; negative inside."""
+    """Return the signed distance (H, W) of cells to bumpy walls [cells], negative inside."""
     outside, inside = cells_to_nearest(wall), cells_to_nearest(~wall)
     grain = cv2.GaussianBlur(rng.standard_normal(wall.shape), (0, 0), _GRAIN_CELLS)
     height = rng.uniform(*height_cells) / max(float(grain.std()), _LEAST_STD)

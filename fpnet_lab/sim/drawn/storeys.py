@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Storeys of one generated site: equal ones, such as share most of their walls, and others."""
+"""Storeys of a generated site: identical ones, similar ones, and other buildings."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = 0.05
 DIFFERENT = 0.1
-"""Given: share of its walls by which a storey differs from one that it is told apart from."""
+"""Given: minimum share of differing walls of distinguishable storeys."""
 
-_MOST_ROUNDS = 40  # numerical: of changes, until a storey differs by so much
+_MOST_ROUNDS = 40  # numerical: maximum number of rounds of changes
 
 
 class Likeness(StrEnum):
-    """How a storey is like the one that the robot is on."""
+    """Similarity of a storey to the robot's storey."""
 
     TRUE = 'true'
     EQUAL = 'equal'  # the same drawing
@@ -36,7 +36,7 @@ class Likeness(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class DrawnStorey:
-    """A storey's drawing; ``different`` is the share of its walls that the true one has not."""
+    """A storey's drawing; ``different`` is the share of its walls missing in the true storey."""
 
     name: str
     likeness: Likeness
@@ -48,13 +48,13 @@ def draw_storeys(
     plan: BuildingPlan, likenesses: tuple[Likeness, ...], rng: np.random.Generator
 ) -> tuple[DrawnStorey, ...]:
     """
-    Draw the storeys of a site, each on a sheet of its own that lies anywhere, turned by any angle.
+    Draw the storeys of a site, each on a sheet with random origin and rotation.
 
     Parameters
     ----------
-    plan : the storey that the robot is on
-    likenesses : of all storeys, from the lowest up
-    rng : draws what differs and where the sheets lie
+    plan : the robot's storey
+    likenesses : similarity of each storey, from the lowest up
+    rng : random generator of the differences and the sheets' poses
     """
     identity = Affine2D.identity()
     true = render_plan(plan, CELL_M)
@@ -73,7 +73,7 @@ def draw_storeys(
 
 
 def changed_sheet(sheet: GridMap, plan: BuildingPlan, rng: np.random.Generator) -> GridMap:
-    """Return a storey with walls moved, taken down and put up until it differs enough."""
+    """Return a storey with walls moved, removed and added until it differs enough."""
     changed = sheet
     for _ in range(_MOST_ROUNDS):
         changed = renovated(changed, plan, Affine2D.identity(), rng)
@@ -83,7 +83,7 @@ def changed_sheet(sheet: GridMap, plan: BuildingPlan, rng: np.random.Generator) 
 
 
 def share_apart(sheet: GridMap, other: GridMap) -> float:
-    """Return the share of the walls of a sheet that are not near any of another's; same raster."""
+    """Return the share of a sheet's wall cells without a nearby wall in ``other``; same raster."""
     walls, there = (each.cells == OCCUPIED for each in (sheet, other))
     apart = cells_to_nearest(there) * sheet.resolution > APART_M
     return float((walls & apart).sum()) / max(int(walls.sum()), 1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings of generated storeys in every style, at their true scale."""
+"""Drawings of generated storeys in all styles, at their true scale."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fpnet_lab.sim.plans.sources import GeneratedPlans
 from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = (0.025, 0.12)
-"""Smallest and largest cells of drawings, which are drawn evenly in the logarithm. Chosen."""
+"""Smallest and largest cell edges of drawings; sampled log-uniformly. Chosen."""
 
-# Chosen to span what drawings are like, busier ones more often than the matcher meets:
+# Chosen to span real drawings, with more detailed ones than in the matcher's input:
 STOREYS = GeneratedPlans(6, 64)
 HOMES = GeneratedPlans(3, 20, ('home',))
 PRACTICES = GeneratedPlans(3, 30, ('practice',))
 HOUSES = GeneratedPlans(3, 64, ('house',))
-_WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness
+_WALL_FACTOR = (0.5, 1.8)  # ratio of drawn to true thickness
 _PLACEMENT = DrawingConfig(scale_error=0.0, axis_error=0.02)
 _STYLES = StyleConfig(
     thin_walls=0.2, thick_walls=0.15, double_walls=0.12, door_leaves=0.2, door_arcs=0.2,
@@ -34,7 +34,7 @@ _STYLES = StyleConfig(
 
 
 def draw_cell_m(rng: np.random.Generator) -> float:
-    """Draw the cell edge of a drawing [m]."""
+    """Sample the cell edge of a drawing [m]."""
     return float(np.exp(rng.uniform(*np.log(CELL_M))))
 
 
@@ -51,7 +51,7 @@ def draw_styled(
     """
     Return a new storey, ``A_plan_building``, and the drawing of :func:`styled_drawing`.
 
-    The storey is ``changed`` before it is drawn.
+    ``changed`` is applied to the storey before it is drawn.
     """
     plan = source.storey(int(rng.integers(2**31)), 0, 0).plan
     plan = changed(plan, rng)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How draughtsmen draw: the looks that a storey's drawing may have."""
+"""Drawing styles of storeys."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ MAX_SEED = 2**31  # numerical
 @dataclass(frozen=True)
 class DrawingStyle:
     """
-    The look of one drawing.
+    Style of one drawing.
 
     Parameters
     ----------
     walls : filled, one thin line, filled and thick, or an outline
-    doors : nothing but a gap, an open leaf, or a leaf with the arc it sweeps
+    doors : a gap only, an open leaf, or a leaf with its swing arc
     hatching : diagonal strokes between the two lines of outlined walls
     windows : three parallel lines in outer walls
     furniture : outlines of desks, tables, cabinets and chairs
     text : room numbers, names and areas
     dimensions : dimension lines along two sides of the building
-    white_paper : the outside is as white as the rooms; otherwise it is unknown
-    seed : names the furniture and the texts
-    sills : so many lines from jamb to jamb, in the middle of the wall or at its faces
+    white_paper : the outside is free like the rooms; otherwise it is unknown
+    seed : seed of the furniture and the texts
+    sills : number of threshold lines from jamb to jamb: one in mid-wall, or two at its faces
     """
 
     walls: Walls = 'solid'
@@ -66,16 +66,16 @@ STYLES: dict[str, DrawingStyle] = {
         'double', 'arc', windows=True, furniture=True, text=True, dimensions=True, white_paper=True
     ),
 }
-"""Named looks for the command line and the gallery. Chosen."""
+"""Named styles for the command line and the gallery. Chosen."""
 
 
 class StyleConfig(Section):
-    """Shares of drawings that have a trait; what is left over is drawn plainly."""
+    """Shares of drawings with a trait; the others are drawn without it."""
 
     thin_walls: float = Field(0.15, ge=0.0, le=1.0, description='Walls are one thin line.')
     thick_walls: float = Field(0.15, ge=0.0, le=1.0, description='Walls are filled and thick.')
     double_walls: float = Field(0.08, ge=0.0, le=1.0, description='Walls are two lines.')
-    hatching: float = Field(0.5, ge=0.0, le=1.0, description='Of those with two lines: hatched.')
+    hatching: float = Field(0.5, ge=0.0, le=1.0, description='Share of two-line walls hatched.')
     door_leaves: float = Field(0.1, ge=0.0, le=1.0, description='Doors show their open leaf.')
     door_arcs: float = Field(0.05, ge=0.0, le=1.0, description='Doors show leaf and arc.')
     windows: float = Field(0.2, ge=0.0, le=1.0, description='Outer walls show windows.')
@@ -94,7 +94,7 @@ class StyleConfig(Section):
 
 
 def draw_style(rng: np.random.Generator, config: StyleConfig) -> DrawingStyle:
-    """Draw one drawing's look; traits are independent of each other."""
+    """Sample the style of one drawing, with independent traits."""
     kinds: tuple[Walls, ...] = ('thin', 'thick', 'double')
     marks: tuple[DoorMark, ...] = ('leaf', 'arc')
     walls = _pick(rng, (config.thin_walls, config.thick_walls, config.double_walls))
@@ -124,6 +124,6 @@ def draw_style(rng: np.random.Generator, config: StyleConfig) -> DrawingStyle:
 
 
 def _pick(rng: np.random.Generator, shares: tuple[float, ...]) -> int | None:
-    """Draw the number of a share, None for what is left over."""
+    """Sample an index with probabilities ``shares``, or None with the remaining probability."""
     found = int(np.searchsorted(np.cumsum(shares), rng.random(), side='right'))
     return found if found < len(shares) else None

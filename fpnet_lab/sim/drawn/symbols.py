@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What drawings show beside walls: door leaves and arcs, windows, hatching, texts, dimensions."""
+"""Symbols of drawings: door leaves and arcs, windows, hatching, texts, dimensions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 WINDOW_SHARE = 0.6
 MAX_WINDOW_M = 2.4
 MIN_WINDOW_WALL_M = 1.6
-"""A window takes this share of its wall, at most so much; shorter walls have none. Chosen."""
+"""Width of a window as a share of its wall, its maximum, and the shortest wall. Chosen."""
 
 # Chosen, not measured:
 DIMENSION_OFFSET_M = 0.6
@@ -31,7 +31,7 @@ _NAMES = ('Office', 'Lab', 'Meeting', 'Store', 'Kitchen', 'WC', 'Archive', 'Copy
 
 @dataclass(frozen=True)
 class Text:
-    """A line of text around a place ``xy`` [m]; ``width_m`` is the room there is for it."""
+    """A line of text centred at ``xy`` [m]; ``width_m`` is the available width."""
 
     text: str
     xy: tuple[float, float]
@@ -41,10 +41,10 @@ class Text:
 @dataclass(frozen=True, eq=False)
 class Leaves:
     """
-    Door leaves that stand open at a right angle: ``hinge (L, 2)`` and ``length (L, 1)`` [m].
+    Door leaves open at a right angle: ``hinge (L, 2)`` and ``length (L, 1)`` [m].
 
-    The unit vectors ``along (L, 2)`` point to where the leaf's tip is when shut, ``normal (L,
-    2)`` to where it is now.
+    The unit vectors ``along (L, 2)`` point from the hinge to the leaf's tip when closed,
+    ``normal (L, 2)`` to its tip when open.
     """
 
     hinge: Array
@@ -54,12 +54,12 @@ class Leaves:
 
     @property
     def tips(self) -> Array:
-        """Where the leaves end (L, 2) [m]."""
+        """Tips of the open leaves (L, 2) [m]."""
         return self.hinge + self.length * self.normal
 
 
 def door_leaves(plan: BuildingPlan, wall_m: float) -> Leaves:
-    """Return the leaves of all doors in walls that are drawn ``wall_m`` thick."""
+    """Return the leaves of all doors in walls drawn ``wall_m`` thick."""
     doors = [door for door in plan.doors if not door.is_open]
     if not doors:
         none = np.zeros((0, 2))
@@ -84,7 +84,7 @@ def door_leaves(plan: BuildingPlan, wall_m: float) -> Leaves:
 
 
 def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array]:
-    """Return the open leaves of all doors as lines (V, 2) [m], with the arcs they sweep."""
+    """Return the open leaves of all doors as lines (V, 2) [m], optionally with swing arcs."""
     leaves = door_leaves(plan, wall_m)
     angle = np.linspace(np.pi / 2.0, 0.0, _ARC_POINTS if with_arcs else 1)[:, None, None]
     swept = leaves.length * (np.cos(angle) * leaves.along + np.sin(angle) * leaves.normal)
@@ -93,7 +93,7 @@ def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array
 
 
 def door_sills(plan: BuildingPlan, wall_m: float, lines: int) -> list[Array]:
-    """Return lines (2, 2) [m] from jamb to jamb: one in mid-wall, or two at its faces."""
+    """Return threshold lines (2, 2) [m]: one in mid-wall, or two at the wall's faces."""
     offsets = np.linspace(-0.5, 0.5, lines) if lines > 1 else np.zeros(lines)
     doors = [door for door in plan.doors if not door.is_open]
     return [door.ends + at * wall_m * door.normal for door in doors for at in offsets]
@@ -101,18 +101,18 @@ def door_sills(plan: BuildingPlan, wall_m: float, lines: int) -> list[Array]:
 
 def windows(rings: list[Array], depth_m: float, probe_m: float) -> tuple[Array, Array]:
     """
-    Return the windows (E, 4, 2) that the walls around rooms may have.
+    Return the possible windows (E, 4, 2) in the walls around rooms.
 
     Parameters
     ----------
     rings : (V, 2) each
-        The rooms' outlines, counter-clockwise [m].
-    depth_m : of the windows, from the outline outwards
-    probe_m : how far beyond a window the places are at which nothing may be built
+        Outlines of the rooms, counter-clockwise [m].
+    depth_m : depth of the windows, outwards from the outline
+    probe_m : distance beyond a window of the positions that must be outside of the building
 
     Returns
     -------
-    Two corners of each on the room's outline and two outside; and the places (E, 2, 2) beyond.
+    Windows with two corners on the room's outline and two outside; positions (E, 2, 2) beyond.
     """
     edges = np.concatenate([np.stack([r, np.roll(r, -1, axis=0)], axis=1) for r in rings])
     along = edges[:, 1] - edges[:, 0]
@@ -129,7 +129,7 @@ def windows(rings: list[Array], depth_m: float, probe_m: float) -> tuple[Array, 
 
 
 def glazing(panes: Array) -> list[Array]:
-    """Return the lines (2, 2) of glass in the middle of windows (E, 4, 2)."""
+    """Return the glass lines (2, 2) in the middle of windows (E, 4, 2)."""
     return list(np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1))
 
 
@@ -172,7 +172,7 @@ def room_labels(plan: BuildingPlan, rng: np.random.Generator, storey: int) -> li
 
 
 def dimension_lines(points: Array, wall_m: float) -> list[Array]:
-    """Return lines below and to the left of ``points (V, 2)`` and their walls, with end ticks."""
+    """Return dimension lines with ticks, below and left of ``points (V, 2)`` and their walls."""
     (x0, y0), (x1, y1) = points.min(axis=0) - wall_m, points.max(axis=0) + wall_m
     x, y = x0 - DIMENSION_OFFSET_M, y0 - DIMENSION_OFFSET_M
     below, left = np.array([(x0, y), (x1, y)]), np.array([(x, y0), (x, y1)])
@@ -180,5 +180,5 @@ def dimension_lines(points: Array, wall_m: float) -> list[Array]:
 
 
 def ticked(ends: Array, tick_m: float) -> list[Array]:
-    """Return the line of a dimension between its ``ends (2, 2)`` [m], and a tick across each."""
+    """Return a dimension line between ``ends (2, 2)`` [m], and a diagonal tick at each end."""
     return [ends, *(np.stack([end - tick_m / 2.0, end + tick_m / 2.0]) for end in ends)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Walls that a drawing has and the building has not, or the other way round."""
+"""Differences of walls between a drawing and the building: removed, added and glass walls."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ LARGE_ROOM_M2 = 18.0
 """Rooms above this size may get a partition. Chosen."""
 
 MOVED_WALL_M = (0.3, 1.2)
-"""How far a wall is displaced. Chosen."""
+"""Displacement of a wall. Chosen."""
 
 # Chosen, not measured:
 _MOST_CHANGES = 2
 _LEAST_WALL_M2 = 0.2
-_GAP_M = 1.0  # way through a partition
+_GAP_M = 1.0  # width of the gap in a partition
 _GLASS_PIECE_M = (0.8, 3.0)
-_GLASS_DEPTH_M = 0.05  # numerical: beyond the wall, so that no skin of wall remains
+_GLASS_DEPTH_M = 0.05  # numerical: overlap beyond the wall, so that no thin wall remains
 
 
 @dataclass(frozen=True, eq=False)
 class WallChanges:
-    """What was taken down, put up, and what of the rest is glass: polygons [m]."""
+    """Polygons [m] of removed walls, added walls, and walls made of glass."""
 
     removed: tuple[Polygon, ...]
     added: tuple[Polygon, ...]
@@ -42,7 +42,7 @@ class WallChanges:
 def draw_wall_changes(
     plan: BuildingPlan, rng: np.random.Generator, config: BuildingConfig
 ) -> WallChanges:
-    """Draw how a building's walls differ from its plan."""
+    """Sample the differences between a building's walls and its plan."""
     removed, added = [], []
     if rng.random() < config.removed_walls:
         for _, _, walls in _shared_walls(plan, rng):
@@ -60,7 +60,7 @@ def draw_wall_changes(
 def _shared_walls(
     plan: BuildingPlan, rng: np.random.Generator
 ) -> list[tuple[int, int, list[Polygon]]]:
-    """Return one or two pairs of neighbouring rooms with the pieces of wall between them."""
+    """Return up to two pairs of neighbouring rooms with the wall polygons between them."""
     outlines = plan.outlines
     tree = shapely.STRtree(outlines)
     is_room = np.array([room.kind == 'room' for room in plan.rooms])
@@ -88,7 +88,7 @@ def _draw_count(rng: np.random.Generator) -> int:
 def _displaced(
     plan: BuildingPlan, pair: tuple[int, int], walls: list[Polygon], rng: np.random.Generator
 ) -> list[Polygon]:
-    """Return the walls between a pair of rooms moved into one of them, with their doorways."""
+    """Return the walls between two rooms, shifted into one of them, with doorways cut out."""
     rooms = shapely.union_all(plan.outlines[list(pair)])
     doorways = shapely.union_all(
         [
@@ -111,7 +111,7 @@ def _displaced(
 
 
 def _partitions(plan: BuildingPlan, rng: np.random.Generator) -> list[Polygon]:
-    """Return partitions that cross one or two large rooms, each with a gap to pass."""
+    """Return partitions across one or two large rooms, each with a gap."""
     large = [
         outline
         for room, outline in zip(plan.rooms, plan.outlines, strict=True)
@@ -134,7 +134,7 @@ def _partitions(plan: BuildingPlan, rng: np.random.Generator) -> list[Polygon]:
 
 
 def _glass(plan: BuildingPlan, rng: np.random.Generator, share: float) -> list[Polygon]:
-    """Return pieces of wall that are glass, about ``share`` of the length of all walls."""
+    """Return polygons of glass walls, about ``share`` of the total wall length."""
     starts = np.concatenate([room.polygon for room in plan.rooms])
     ends = np.concatenate([np.roll(room.polygon, -1, axis=0) for room in plan.rooms])
     edges: NDArray[np.float64] = ends - starts

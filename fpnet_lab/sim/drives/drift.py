@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Odometry that drifts: what wheels make of a drive, and what scan matching makes of a walk.
+Simulated odometry drift: wheel odometry of a robot, and scan-matching odometry of a walk.
 
-Both add up the true steps, each turned by the error of the heading that has gathered so far; they
-differ in what that error is made of.
+Both integrate the true steps, each rotated by the heading error accumulated so far. They differ
+in the model of that error.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ WARP_LENGTHS_M = (25.0, 80.0)
 @dataclass(frozen=True)
 class WheelErrors:
     """
-    Standard deviations of what goes wrong.
+    Standard deviations of wheel odometry errors.
 
-    ``length`` and ``turn`` are relative errors of the wheels' radius and distance, drawn once;
-    ``slip_rad_per_sqrt_m`` is a random walk of the heading, ``slip_turn`` the relative error of
-    every single turn.
+    ``length`` and ``turn`` are relative errors of wheel radius and wheel distance, sampled once;
+    ``slip_rad_per_sqrt_m`` is the heading random walk, ``slip_turn`` the relative error of each
+    rotation step.
     """
 
     length: float = 0.01
@@ -47,11 +47,11 @@ def wheel_odometry(
 
     Parameters
     ----------
-    T_building_sensor : (S, 4, 4), the truth in equal steps
-    rng : draws the errors
+    T_building_sensor : (S, 4, 4), ground truth in equal steps
+    rng : random generator of the errors
     errors : WheelErrors
 
-    ``odom`` is the sensor's first pose; roll, pitch and height stay 0, as wheels do not feel them.
+    ``odom`` is the sensor's first pose. Roll, pitch and height stay 0: wheels do not measure them.
     """
     errors = errors or WheelErrors()
     yaw = np.unwrap(np.arctan2(T_building_sensor[:, 1, 0], T_building_sensor[:, 0, 0]))
@@ -66,12 +66,12 @@ def wheel_odometry(
     poses = np.tile(np.eye(4), (len(yaw), 1, 1))
     c, s = np.cos(yaw + error), np.sin(yaw + error)
     poses[:, 0, 0], poses[:, 0, 1], poses[:, 1, 0], poses[:, 1, 1] = c, -s, s, c
-    poses[1:, :2, 3] = _added_up(length * steps, (error[1:] + error[:-1]) / 2.0)
+    poses[1:, :2, 3] = _integrated(length * steps, (error[1:] + error[:-1]) / 2.0)
     return poses
 
 
-def _added_up(steps: Array, error: Array) -> Array:
-    """Return where steps (S, 2), each turned by the heading's error (S,) on it, lead to."""
+def _integrated(steps: Array, error: Array) -> Array:
+    """Return positions (S, 2) after steps (S, 2), each rotated by its heading error (S,)."""
     c, s = np.cos(error), np.sin(error)
     dx, dy = steps.T
     return np.asarray(np.cumsum(np.stack([c * dx - s * dy, s * dx + c * dy], axis=1), axis=0))
@@ -79,10 +79,10 @@ def _added_up(steps: Array, error: Array) -> Array:
 
 def estimate_walk(xy: Array, rng: np.random.Generator, config: ScanConfig) -> tuple[Array, Array]:
     """
-    Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
+    Return estimated positions (S, 2) and heading errors (S,) of a walk at positions (S, 2).
 
-    Scan matching against a local map makes errors that depend on the place, so that a room
-    looks the same on the second visit, small ones that grow with the way, and some jitter.
+    Scan matching against a local map has errors that depend on the position, so that a revisited
+    room looks the same, small errors that grow with the distance, and some jitter.
     """
     warped, bend = _warp(xy, rng, config)
     steps = np.diff(warped, axis=0)
@@ -91,7 +91,7 @@ def estimate_walk(xy: Array, rng: np.random.Generator, config: ScanConfig) -> tu
     noise = rate * np.sqrt(lengths) * rng.standard_normal(len(steps))
     yaw = np.concatenate([[0.0], np.cumsum(noise)])
     factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
-    moved = _added_up(factor * steps, yaw[:-1])
+    moved = _integrated(factor * steps, yaw[:-1])
     estimated = np.concatenate([warped[:1], warped[:1] + moved])
     jitter_m, jitter_rad = rng.uniform(*config.jitter_m), rng.uniform(*config.jitter_rad)
     estimated += jitter_m * rng.standard_normal(estimated.shape)
@@ -99,7 +99,7 @@ def estimate_walk(xy: Array, rng: np.random.Generator, config: ScanConfig) -> tu
 
 
 def _warp(xy: Array, rng: np.random.Generator, config: ScanConfig) -> tuple[Array, Array]:
-    """Displace places by a few long waves; return them and the local rotation [rad]."""
+    """Displace positions by a few long waves; return them and the local rotation [rad]."""
     warped, bend = xy.copy(), np.zeros(len(xy))
     strain = rng.uniform(*config.warp) / WARP_WAVES
     for _ in range(WARP_WAVES):

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A robot with a differential drive follows planned paths and looks around at their ends.
+Simulation of a differential-drive robot that follows paths and turns at their ends.
 
-A path is *driven* by a small controller with bounded speed, turn rate and accelerations, so that
-the motion is one that a robot can make and scan matching can follow.
+A controller with bounded speed, turn rate and accelerations follows the path, so that a robot can
+perform the motion and scan matching can track it.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ Array = NDArray[np.float64]
 
 SENSOR_HEIGHT_M = 0.9
 BODY_RADIUS_M = 0.22
-"""The robot's half width: its path keeps this far from all walls and door frames. Chosen."""
+"""Robot radius: minimum distance between its path and walls or door frames. Chosen."""
 
 _SWAY_S = 0.12  # correlation time of roll and pitch; chosen
-_SPACING_M = 0.02  # numerical: of the resampled path
-_LONGEST_LEG_S = 600.0  # numerical: a robot that circles around its goal gives up
+_SPACING_M = 0.02  # numerical: point spacing of the resampled path
+_LONGEST_LEG_S = 600.0  # numerical: stops a robot that circles around its goal
 
-# The controller: heading error at which the robot stands and turns [rad]; how near to the goal its
-# direction means nothing [m]; speed [m/s] and angle [rad] that count as reached. Chosen.
+# Controller: heading error above which the robot turns on the spot [rad]; distance to the goal
+# below which its direction is ignored [m]; tolerance of speed [m/s] and angle [rad]. Chosen.
 _SLOW_RAD, _BLIND_M, _STOPPED = 0.9, 0.12, 0.02
 
 _X, _Y, _YAW, _SPEED, _RATE = range(5)
@@ -41,26 +41,26 @@ _X, _Y, _YAW, _SPEED, _RATE = range(5)
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """How the robot moves; metres, radians, seconds."""
+    """Motion limits and controller gains of the robot; metres, radians, seconds."""
 
     speed_mps: float = 1.0
     acceleration_mps2: float = 0.8
     turn_rate_radps: float = float(np.deg2rad(55.0))
     turn_acceleration_radps2: float = float(np.deg2rad(90.0))
     turn_gain: float = 2.5
-    """Turn rate over heading error [1/s]."""
+    """Ratio of turn rate to heading error [1/s]."""
 
     lookahead_m: float = 0.4
     standstill_s: float = 1.0
-    """Pause before the first move, in which an odometry builds its first map."""
+    """Pause before the first motion, so that odometry can build its first local map."""
 
     step_s: float = 0.01
     sway_rad: float = float(np.deg2rad(0.25))
-    """Standard deviation of roll and pitch at full speed: floors and tyres are not perfect."""
+    """Standard deviation of roll and pitch at full speed, due to uneven floors and tyres."""
 
 
 MOTION = MotionLimits()
-"""Of a robot on wheels."""
+"""Limits of a wheeled robot."""
 
 WALK = MotionLimits(
     speed_mps=1.5,
@@ -71,20 +71,20 @@ WALK = MotionLimits(
     lookahead_m=0.5,
     sway_rad=float(np.deg2rad(2.0)),
 )
-"""Of a person who carries the lidar in the hand or on the back. Chosen."""
+"""Limits of a person carrying a handheld or backpack lidar. Chosen."""
 
 PACES = {'robot': MOTION, 'walk': WALK}
-"""By name."""
+"""Motion limits by name."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tour:
     """
-    The robot's true motion in the frame ``building``.
+    True motion of the robot in the frame ``building``.
 
     ``time_s (S,)`` starts at 0 in equal steps; ``xy (S, 2)`` [m]; ``yaw_rad (S,)`` is unwrapped;
     ``tilt_rad (S, 2)`` is roll and pitch. ``rooms`` are the visited rooms (plan indices) in
-    order, corridors on the way left out. The sensor is ``sensor_height_m`` above z = 0.
+    order, without traversed corridors. The sensor is ``sensor_height_m`` above z = 0.
     """
 
     time_s: Array
@@ -96,7 +96,7 @@ class Tour:
 
     @property
     def duration_s(self) -> float:
-        """Length of the tour [s]."""
+        """Duration of the tour [s]."""
         return float(self.time_s[-1])
 
     @property
@@ -110,7 +110,7 @@ class Tour:
 
     def sensor_poses(self, time_s: Array) -> tuple[Array, Array]:
         """
-        Interpolate the sensor's pose at times ``(K,)``.
+        Interpolate the sensor's pose at times ``(K,)`` [s].
 
         Returns rotations building <- sensor ``(K, 3, 3)`` and positions ``(K, 3)`` [m].
         """
@@ -125,7 +125,7 @@ class Tour:
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A polyline ``path (V, 2)`` [m] to drive, and how far to turn at its end [rad]."""
+    """A polyline ``path (V, 2)`` [m] to drive, and the rotation at its end [rad]."""
 
     path: Array
     look_rad: float
@@ -138,14 +138,14 @@ def drive_legs(
     motion: MotionLimits = MOTION,
 ) -> Tour:
     """
-    Drive legs one after another, from a standstill with a random heading.
+    Drive a sequence of legs, starting at rest with a random heading.
 
     Parameters
     ----------
-    legs : at least one; each starts where the one before ends
-    rooms : the rooms that the tour visits, kept in it
-    rng : draws the first heading, roll and pitch
-    motion : how fast the robot goes and turns
+    legs : at least one; each starts at the end of the previous one
+    rooms : visited rooms, stored in the tour
+    rng : random generator of the initial heading, roll and pitch
+    motion : motion limits
     """
     first = legs[0].path[1] - legs[0].path[0]
     yaw = float(np.arctan2(first[1], first[0]) + rng.uniform(-1.0, 1.0) * np.pi / 2.0)
@@ -178,7 +178,7 @@ def drive_legs(
 
 
 def _sway(speed_share: Array, rng: np.random.Generator, motion: MotionLimits) -> Array:
-    """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
+    """Return roll and pitch ``(S, 2)`` [rad]: smooth noise that grows with speed."""
     noise = rng.standard_normal((len(speed_share), 2))
     smooth = gaussian_filter1d(noise, _SWAY_S / motion.step_s, axis=0)
     unit = smooth / smooth.std(axis=0)
@@ -187,13 +187,13 @@ def _sway(speed_share: Array, rng: np.random.Generator, motion: MotionLimits) ->
     return sway
 
 
-# The compiled functions below change ``state (5,)``: x, y, unwrapped yaw, speed, turn rate.
-# ``limits (6,)`` are speed, acceleration, turn rate, turn acceleration, time step and turn gain.
+# The compiled functions below modify ``state (5,)``: x, y, unwrapped yaw, speed, turn rate.
+# ``limits (6,)``: speed, acceleration, turn rate, turn acceleration, time step, turn gain.
 
 
 @njit(cache=True)
 def _step(state: Any, limits: Any, speed: float, error: float) -> None:
-    """Move one time step towards the wanted speed and heading, within the limits."""
+    """Advance one time step towards the target speed and heading, within the limits."""
     most, gain, dt = limits[2], limits[5] * abs(error), limits[4]
     rate = min(gain, np.sqrt(limits[3] * abs(error)), most)
     rate = rate if error >= 0.0 else -rate
@@ -208,9 +208,9 @@ def _step(state: Any, limits: Any, speed: float, error: float) -> None:
 @njit(cache=True)
 def _follow(points: Any, spacing: float, ahead: int, state: Any, limits: Any) -> Any:
     """
-    Drive along points (V, 2) by pure pursuit and stop at their end; return the track (S, 3).
+    Follow points (V, 2) by pure pursuit, stop at their end and return the track (S, 3).
 
-    Only the next ``ahead`` points are looked at: the path may cross itself later.
+    Only the next ``ahead`` points are considered, because the path may cross itself later.
     """
     most = int(_LONGEST_LEG_S / limits[4])
     track = np.empty((most, 3))
@@ -238,7 +238,7 @@ def _follow(points: Any, spacing: float, ahead: int, state: Any, limits: Any) ->
 
 @njit(cache=True)
 def _turn(angle: float, state: Any, limits: Any) -> Any:
-    """Turn on the spot; return the track (S, 3)."""
+    """Turn on the spot and return the track (S, 3)."""
     goal = state[_YAW] + angle
     most = int(_LONGEST_LEG_S / limits[4])
     track = np.empty((most, 3))
@@ -251,7 +251,7 @@ def _turn(angle: float, state: Any, limits: Any) -> Any:
 
 
 def _resample(path: Array, spacing_m: float) -> Array:
-    """Return points at equal spacing along a polyline (V, 2), its end included."""
+    """Return equally spaced points along a polyline (V, 2), including its end."""
     line = shapely.LineString(path)
     count = max(2, int(np.ceil(line.length / spacing_m)) + 1)
     places = np.linspace(0.0, line.length, count)

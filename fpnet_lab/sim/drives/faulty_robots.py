@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of robots that are wired wrongly, in each way that robots come."""
+"""Recordings of misconfigured robots, one per fault type."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from fpnet_lab.sim.lidars.sensors import SENSORS
 
 Array = NDArray[np.float64]
 
-_FIRST, _COUNT = 10, 60  # numerical: the robot drives from the first of these scans on
+_FIRST, _COUNT = 10, 60  # numerical: first scan, after the robot's initial pause, and their number
 _HEIGHT_M = 0.9  # chosen
-_SWEEP_S = 0.1  # given: of the simulated lidars
-_GYRO_RATES = 5  # numerical: a sweep
+_SWEEP_S = 0.1  # given: sweep duration of the simulated lidars
+_GYRO_RATES = 5  # numerical: gyroscope samples per sweep
 
 
 def turned(axes: str, degrees: float | tuple[float, ...]) -> Array:
-    """Return a rotation (4, 4) about axes, as SciPy names them."""
+    """Return a rotation (4, 4) about axes in SciPy's notation."""
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler(axes, degrees, degrees=True).as_matrix()
     return T
@@ -35,14 +35,14 @@ def turned(axes: str, degrees: float | tuple[float, ...]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class ShortDrive:
-    """Some seconds of a drive: its scans, and the sensor's poses ``(S, 4, 4)`` by wheels."""
+    """A short recording: scans, and sensor poses ``(S, 4, 4)`` from wheel odometry."""
 
     scans: tuple[SimulatedScan, ...]
     wheels: Array
 
     @classmethod
     def of(cls, seed: int, sensor: str = 'beams16') -> ShortDrive:
-        """Return the beginning of a generated drive."""
+        """Return the beginning of a generated recording."""
         recording = make_recording(seed, RecordingOptions(lidar=SENSORS[sensor]), 1)
         chosen = range(_FIRST, _FIRST + _COUNT)
         scans = tuple(recording.scan(index) for index in chosen)
@@ -52,10 +52,10 @@ class ShortDrive:
 @dataclass(frozen=True, eq=False)
 class FaultyRobot:
     """
-    How a robot is wired; by default rightly.
+    Configuration of a robot; the defaults are correct.
 
-    ``T_mount_lidar`` is how the lidar is really mounted beside what its transform says, and
-    ``T_imu_lidar`` the gyroscope.
+    ``T_mount_lidar`` is the lidar's true mounting relative to its published transform,
+    ``T_imu_lidar`` that of the gyroscope.
     """
 
     scans: str = '/points'
@@ -66,24 +66,24 @@ class FaultyRobot:
     told_height_m: float = _HEIGHT_M
     T_mount_lidar: Array | None = None
     has_times: bool = True
-    last_time_s: float = 0.0  # of the last point, since the stamp
+    last_time_s: float = 0.0  # time of the last point relative to the stamp
     scan_clock_s: float = 0.0
-    jump: tuple[int, float] = (0, 0.0)  # scan, and by how much its clock and later ones' jump [s]
+    jump: tuple[int, float] = (0, 0.0)  # first affected scan, and the jump of its clock [s]
     wheel_scale: float = 1.0
     drift_deg_per_m: float = 0.0
     mirrored_turns: bool = False
-    flips: bool = False  # every second message has the robot the other way round
-    scans_per_pose: int = 1  # of the wheels
+    flips: bool = False  # every second odometry pose is rotated by 180 degrees
+    scans_per_pose: int = 1  # number of scans per wheel odometry message
     more_transforms: tuple[tuple[str, str], ...] = ()
     is_static_latched: bool = True
     gyro_frame: str = ''  # '': no gyroscope
     gyro_factor: float = 1.0
-    gyro_offset_deg: float = 0.0  # a second
+    gyro_offset_deg: float = 0.0  # per second
     T_imu_lidar: Array | None = None
 
 
 RIGHT = FaultyRobot()
-"""Given: nothing is wrong."""
+"""Given: a robot without a fault."""
 
 FAULTS: dict[str, tuple[FaultyRobot, Problem]] = {
     'stamps at the start of sweeps': (FaultyRobot(scan_clock_s=-0.1), Problem.LAG),
@@ -153,21 +153,21 @@ FAULTS: dict[str, tuple[FaultyRobot, Problem]] = {
     ),
 }
 """
-Given: robots with one fault each, by name, and which problem that is.
+Given: robots with one fault each, by name, with the problem to detect.
 """
 
 
 def record(path: Path, drive: ShortDrive, robot: FaultyRobot) -> Path:
-    """Write the drive of a robot as a bag; clouds arrive by the right clock, whatever they say."""
+    """Write a robot's recording as a bag; receive times are correct even if stamps are not."""
     T_base_lidar = np.eye(4)
     T_base_lidar[2, 3] = _HEIGHT_M
-    told = T_base_lidar.copy()
-    told[2, 3] = robot.told_height_m
+    reported = T_base_lidar.copy()
+    reported[2, 3] = robot.told_height_m
     off = np.eye(4) if robot.T_mount_lidar is None else robot.T_mount_lidar
     start_ns, latched = drive.scans[0].stamp_ns, robot.is_static_latched
     with BagWriter(path) as bag:
         static = f'{robot.tf}_static'
-        bag.write_transform(static, start_ns, 'base_link', robot.mount_child, told, latched)
+        bag.write_transform(static, start_ns, 'base_link', robot.mount_child, reported, latched)
         for parent, child in robot.more_transforms:
             bag.write_transform(robot.tf, start_ns, parent, child, np.eye(4))
         odometry = _odometry(drive, robot) @ np.linalg.inv(T_base_lidar)
@@ -187,15 +187,15 @@ def record(path: Path, drive: ShortDrive, robot: FaultyRobot) -> Path:
 
 
 def _times_s(scan: SimulatedScan, robot: FaultyRobot) -> NDArray[np.float32] | None:
-    """Return the times of a scan's points since its stamp."""
+    """Return the point times of a scan relative to its stamp [s]."""
     if not robot.has_times:
         return None
-    assert scan.time_s is not None, 'a simulated scan knows when its points were measured'
+    assert scan.time_s is not None, 'a simulated scan has point times'
     return (scan.time_s - _SWEEP_S + robot.last_time_s).astype(np.float32)
 
 
 def _odometry(drive: ShortDrive, robot: FaultyRobot) -> Array:
-    """Return the sensor's poses (S, 4, 4) as the robot's wheels have them."""
+    """Return the sensor poses (S, 4, 4) according to the robot's wheel odometry."""
     poses = [drive.wheels[0]]
     for before, after in zip(drive.wheels, drive.wheels[1:], strict=False):
         step = np.linalg.inv(before) @ after
@@ -205,14 +205,14 @@ def _odometry(drive: ShortDrive, robot: FaultyRobot) -> Array:
         if robot.mirrored_turns:
             step[:3, :3] = step[:3, :3].T
         poses.append(poses[-1] @ step)
-    told = np.array(poses)
+    reported = np.array(poses)
     if robot.flips:
-        told[1::2] = told[1::2] @ turned('z', 180.0)
-    return told
+        reported[1::2] = reported[1::2] @ turned('z', 180.0)
+    return reported
 
 
 def _write_gyro(bag: BagWriter, drive: ShortDrive, robot: FaultyRobot) -> None:
-    """Write rates at 50 Hz, steady between two poses of the wheels."""
+    """Write gyroscope rates at 50 Hz, constant between two wheel odometry poses."""
     scans, wheels = drive.scans, drive.wheels
     bag.write_transform(f'{robot.tf}_static', scans[0].stamp_ns, 'base_link', 'imu', np.eye(4))
     off = np.eye(3) if robot.T_imu_lidar is None else robot.T_imu_lidar[:3, :3]

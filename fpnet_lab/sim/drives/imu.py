@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a gyroscope in the lidar says of a tour: angular rates with bias and noise."""
+"""Simulated gyroscope in the lidar: angular rates of a tour with bias and noise."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from fpnet_lab.sim.drives.scanning import EPOCH_NS
 Array = NDArray[np.float64]
 
 RATE_HZ = 200
-"""Chosen: what inertial sensors in lidars report at, 100 to 1000 Hz."""
+"""Chosen: inertial sensors in lidars report at 100 to 1000 Hz."""
 
 _BIAS_RADPS = float(np.deg2rad(0.3))
-"""Standard deviation of each axis' bias, drawn once. Chosen: a MEMS sensor without calibration."""
+"""Standard deviation of each axis' constant bias. Chosen: an uncalibrated MEMS sensor."""
 
 _NOISE_RADPS = float(np.deg2rad(0.1))
-"""Standard deviation of a rate at that frequency. Chosen: 0.007 deg/s/sqrt(Hz), MEMS."""
+"""Standard deviation of a rate at ``RATE_HZ``. Chosen: 0.007 deg/s/sqrt(Hz), MEMS."""
 
 
 def gyro_rates(tour: Tour, rng: np.random.Generator) -> tuple[NDArray[np.int64], Array]:
     """
     Return stamps ``(K,)`` [ns] and angular rates ``(K, 3)`` [rad/s] in the sensor's frame.
 
-    Each is the mean rate of the step that ends at its stamp; ``rng`` draws bias and noise.
+    Each is the mean rate of the step that ends at its stamp; ``rng`` samples bias and noise.
     """
     count = int(tour.duration_s * RATE_HZ)
     time_s = np.arange(count + 1) / RATE_HZ

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated sweeps of a planar sensor as its driver reports them: a range for every ray."""
+"""Simulated sweeps of a planar sensor as LaserScan data: one range per ray."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from fpnet_lab.sim.lidars.sensors import LidarModel, SensorModel
 
 def check_planar(model: SensorModel) -> LidarModel:
     """
-    Return the model of a sensor whose sweeps are LaserScans.
+    Return the model of a sensor that reports LaserScans.
 
     Raises
     ------
     ConfigError
-        If it has more than one beam, or beams that are not level and even.
+        If it has more than one beam, or rays that are not horizontal and evenly spaced.
     """
     is_level = isinstance(model, LidarModel) and model.lowest_rad == model.highest_rad == 0.0
     if not is_level or model.beams != 1 or model.angle_sigma_rad:
@@ -30,12 +30,12 @@ def check_planar(model: SensorModel) -> LidarModel:
 
 def laser_readings(scan: SimulatedScan, model: LidarModel) -> LaserReadings:
     """
-    Return the ranges of all rays of a sweep; infinite where nothing returned.
+    Return the ranges of all rays of a sweep; rays without a return are infinite.
 
     Parameters
     ----------
     scan : SimulatedScan
-        Of ``model``, times from the start of the sweep.
+        A sweep of ``model``, with times relative to its start.
     model : LidarModel
         Planar, see :func:`check_planar`.
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Tours through free space that nobody has cut into rooms: from place to place on a raster."""
+"""Tours through free space without rooms: from place to place on a raster."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from fpnet_lab.sim.drives.tours import TourLimits, tour_on
 Array = NDArray[np.float64]
 
 LEAST_DRIVABLE_M2 = 6.0
-"""A mesh with less connected space for the robot's middle is refused. Chosen."""
+"""Minimum connected area for the robot's centre; smaller meshes are rejected. Chosen."""
 
 _STRIDE = 2  # numerical: raster cells per cell of the path search
 # Chosen, not measured:
-_MARGIN_M = 0.08  # what paths keep beyond the robot's half width
-_WALL_COST_M = 0.35  # nearer to walls than this, driving is made dear
-_GOAL_M = (4.0, 14.0)  # length of the way to the next goal
-_SPREAD_M = 3.0  # goals are farther apart than this where possible
+_MARGIN_M = 0.08  # clearance of paths beyond the robot radius
+_WALL_COST_M = 0.35  # path cost rises below this distance to walls
+_GOAL_M = (4.0, 14.0)  # straight-line distance to the next goal
+_SPREAD_M = 3.0  # preferred minimum distance between goals
 _SMOOTH_M = 0.25
 _ATTEMPTS = 12  # numerical
 
@@ -42,20 +42,20 @@ def plan_mesh_tour(
     limits: TourLimits | None = None,
 ) -> Tour:
     """
-    Drive from a random place to others through the largest connected free space.
+    Plan and drive a tour between random places in the largest connected free space.
 
     Parameters
     ----------
     world : MeshWorld
     rng : numpy.random.Generator
-        Draws the start, the goals and how to look around.
+        Samples the start, the goals and the turns at the goals.
     limits : TourLimits
-        Bounds of the time; rooms are not counted, as a mesh has none.
+        Bounds of the duration; the room count is ignored, as a mesh has no rooms.
 
     Raises
     ------
     MapFormatError
-        If the free space is too small or too narrow for a robot, or no tour in time is found.
+        If the free space is too small or narrow for a robot, or no tour fits the duration.
     """
     limits = limits or TourLimits()
     ground = _FreeSpace(world)
@@ -68,7 +68,7 @@ def plan_mesh_tour(
     if tour is None:
         raise MapFormatError(
             f'no tour of {limits.shortest_s:.0f} to {limits.longest_s:.0f} s through '
-            f'{ground.area_m2:.0f} m² of free space in {_ATTEMPTS} attempts; take another seed or '
+            f'{ground.area_m2:.0f} m² of free space in {_ATTEMPTS} attempts; use another seed or '
             'a shorter tour'
         )
     return tour
@@ -76,9 +76,9 @@ def plan_mesh_tour(
 
 class _FreeSpace:
     """
-    The largest connected free space of a mesh: goals some way from each other.
+    The largest connected free space of a mesh, with spread-out goals.
 
-    Walls are kept away from where there is room. ``area_m2`` is where the robot's middle may be.
+    Paths avoid walls where space permits. The robot's centre can be anywhere in ``area_m2``.
     """
 
     least_places = 2
@@ -136,7 +136,7 @@ def _largest_part(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _smoothed(path: Array, cell_m: float) -> Array:
-    """Return a raster path (V, 2) without its steps; the ends stay."""
+    """Return a raster path (V, 2) smoothed, with its ends unchanged."""
     smooth = gaussian_filter1d(path, _SMOOTH_M / cell_m, axis=0, mode='nearest')
     smooth[0], smooth[-1] = path[0], path[-1]
     return np.asarray(smooth)

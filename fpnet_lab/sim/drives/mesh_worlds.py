@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Triangle meshes of real or modelled buildings: where their floor is, and where a robot can drive.
+Triangle meshes of real or modelled buildings: detection of the floor and of drivable space.
 
-A mesh is metres with z up. Its floor is the lowest level that holds much of the horizontal area;
-free is what has floor below and nothing between a sill and the robot's top, and indoors is where
-almost all level rays meet something.
+A mesh is in metres with z up. Its floor is the lowest level with a large share of the horizontal
+area. A cell is free if it has floor below and nothing between threshold height and the robot's
+top; it is indoors if almost all horizontal rays hit something.
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ CELL_M = 0.05
 """Numerical: cell edge of the raster of free space."""
 
 SILL_M, ROBOT_TOP_M = 0.08, 1.2
-"""Lower things are driven over, higher ones are passed below; heights above the floor. Chosen."""
+"""Heights above the floor; objects below the first or above the second are passable. Chosen."""
 
 CEILING_M = 2.8
-"""Height above the floor of the ceiling that meshes without one get. Chosen."""
+"""Height above the floor of the ceiling added to meshes without one. Chosen."""
 
-_SLICE_M = 0.05  # numerical: between two level cuts through the mesh
-_LEVEL_M = 0.05  # numerical: heights this near are one level
+_SLICE_M = 0.05  # numerical: spacing of horizontal slices through the mesh
+_LEVEL_M = 0.05  # numerical: height resolution of floor levels
 # Chosen, not measured:
-_LEVEL_SHARE = 0.3  # of the largest level's area, to count as a floor
-_FLAT_COSINE = 0.95  # of the normal against the vertical
+_LEVEL_SHARE = 0.3  # minimum share of the largest level's area for a floor
+_FLAT_COSINE = 0.95  # cosine of the angle between normal and vertical
 _CEILING_FROM_M = 2.0
-_CEILING_SHARE = 0.5  # of the floor's area; a mesh with less above is open to the sky
-_PROBE_M = 0.4  # numerical: spacing of places that are tested for being indoors
+_CEILING_SHARE = 0.5  # of the floor's area; with less area above, a mesh has no ceiling
+_PROBE_M = 0.4  # numerical: spacing of the positions of the indoor test
 _PROBE_RAYS = 32  # numerical
 _PROBE_REACH_M = 40.0  # numerical
 _ENCLOSED_SHARE = 0.7
-_ROOMY_M = 0.3  # from the middle of a place that counts to what bounds it
+_ROOMY_M = 0.3  # minimum clearance that some cell of a free region must reach
 
 
 @dataclass(frozen=True, eq=False)
 class MeshWorld:
     """
-    A mesh with its floor at z = 0, and the free space on it.
+    A mesh with its floor at z = 0, and its free space.
 
     ``free (H, W)`` has row 0 at the lowest y, cells of ``CELL_M``, the corner of cell (0, 0) at
     ``origin (2,)`` [m]; only indoor cells are free.
@@ -69,12 +69,12 @@ class MeshWorld:
     origin: Array
 
     def floorplan(self) -> GridMap:
-        """Return what is free as a map, everything else occupied."""
+        """Return a map with the free space free and everything else occupied."""
         cells = np.where(self.free, FREE, OCCUPIED)
         return GridMap(cells, CELL_M, SE2.from_xy_yaw(self.origin[0], self.origin[1], 0.0))
 
     def to_xy(self, rc: NDArray[np.generic]) -> Array:
-        """Map raster indices (..., 2) to the metres of their cells' centres."""
+        """Convert raster indices (..., 2) to the positions of their cell centres [m]."""
         xy: Array = (np.asarray(rc, dtype=np.float64)[..., ::-1] + 0.5) * CELL_M + self.origin
         return xy
 
@@ -86,7 +86,7 @@ def read_mesh(path: Path | str) -> TriangleMesh:
     Raises
     ------
     MapFormatError
-        If the file is missing, holds no triangles, or has coordinates that are not finite.
+        If the file is missing, contains no triangles, or has non-finite coordinates.
     """
     path = Path(path)
     if not path.is_file():
@@ -96,15 +96,15 @@ def read_mesh(path: Path | str) -> TriangleMesh:
     vertices = np.asarray(mesh.vertices, dtype=np.float64)
     triangles = np.asarray(mesh.triangles, dtype=np.int64)
     if not len(triangles):
-        raise MapFormatError(f'{path} holds no triangles; expected a PLY, OBJ or STL mesh')
+        raise MapFormatError(f'{path} contains no triangles; expected a PLY, OBJ or STL mesh')
     if not np.isfinite(vertices).all():
-        raise MapFormatError(f'mesh {path} has coordinates that are not finite')
+        raise MapFormatError(f'mesh {path} has non-finite coordinates')
     return TriangleMesh(vertices, triangles)
 
 
 def survey_mesh(mesh: TriangleMesh) -> MeshWorld:
     """
-    Find a mesh's floor and the indoor space that a robot can stand in.
+    Find the floor of a mesh and the indoor space accessible to a robot.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def survey_mesh(mesh: TriangleMesh) -> MeshWorld:
     Raises
     ------
     MapFormatError
-        If there is no floor or nothing on it is enclosed by walls.
+        If there is no floor, or no space on it is enclosed by walls.
     """
     corners = mesh.corners
     floor_z = _floor_level(corners)
@@ -137,7 +137,7 @@ def survey_mesh(mesh: TriangleMesh) -> MeshWorld:
 
 
 def _flat(corners: Array) -> tuple[Array, Array]:
-    """Return area [m^2] and mean height [m] of the level triangles, (T,) each; others have 0."""
+    """Return areas [m^2] of horizontal triangles (0: others), and mean heights [m], (T,) each."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double_area = np.linalg.norm(normals, axis=1)
     is_flat = np.abs(normals[:, 2]) > _FLAT_COSINE * double_area
@@ -147,7 +147,7 @@ def _flat(corners: Array) -> tuple[Array, Array]:
 def _floor_level(corners: Array) -> float:
     area, height = _flat(corners)
     if not area.any():
-        raise MapFormatError('the mesh has no level surface, so no floor; expected z up')
+        raise MapFormatError('the mesh has no horizontal surface, so no floor; expected z up')
     level = np.floor(height / _LEVEL_M).astype(np.int64)
     level -= level.min()
     areas = np.convolve(np.bincount(level, weights=area), np.ones(3), mode='same')
@@ -175,7 +175,7 @@ def _floor_mask(corners: Array, low: Array, high: Array) -> Mask:
 
 
 def _obstacles(corners: Array, low: Array, high: Array) -> Mask:
-    """Mark cells with anything between sill and robot top: level cuts, and level surfaces."""
+    """Return the cells with an obstacle, from horizontal slices and horizontal surfaces."""
     mask = _raster(low, high)
     for height in np.arange(SILL_M, ROBOT_TOP_M, _SLICE_M):
         for a, b in _pixels(slice_level(corners, float(height)), low):
@@ -188,11 +188,11 @@ def _obstacles(corners: Array, low: Array, high: Array) -> Mask:
 
 
 def slice_level(corners: Array, height_m: float) -> Array:
-    """Return where triangles (T, 3, 3) cross a level, as line segments (S, 2, 2) [m]."""
+    """Return line segments (S, 2, 2) [m] where triangles (T, 3, 3) cross a height."""
     above = corners[..., 2] > height_m
     crossing = corners[above.any(axis=1) & ~above.all(axis=1)]
     is_above = crossing[..., 2] > height_m
-    # The corner that is alone on its side goes first: both edges that leave it cross.
+    # The corner alone on its side of the plane goes first: both of its edges cross the plane.
     alone = np.where(is_above.sum(axis=1) == 1, is_above.argmax(axis=1), is_above.argmin(axis=1))
     order = (alone[:, None] + np.arange(3)) % 3
     a, b, c = np.moveaxis(np.take_along_axis(crossing, order[..., None], axis=1), 1, 0)
@@ -204,7 +204,7 @@ def slice_level(corners: Array, height_m: float) -> Array:
 
 
 def _indoors(mesh: TriangleMesh, standing: Mask, origin: Array) -> Mask:
-    """Return ``standing`` where almost all level rays at half the robot's height are stopped."""
+    """Return ``standing`` where almost all horizontal rays at ``ROBOT_TOP_M`` hit something."""
     scene = o3d.t.geometry.RaycastingScene()
     add_mesh(scene, mesh)
     step = round(_PROBE_M / CELL_M)
@@ -218,14 +218,14 @@ def _indoors(mesh: TriangleMesh, standing: Mask, origin: Array) -> Mask:
     depth = scene.cast_rays(o3d.core.Tensor.from_numpy(rays))['t_hit'].numpy()
     enclosed = (depth < _PROBE_REACH_M).mean(axis=1) >= _ENCLOSED_SHARE
     coarse = enclosed.reshape(standing[::step, ::step].shape).astype(np.uint8)
-    # Votes of neighbours smooth over gaps in the mesh and single lucky places outside.
+    # The median filter closes gaps in the mesh and removes isolated false positives outside.
     coarse = cv2.medianBlur(coarse, 5)
     fine = cv2.resize(coarse, standing.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return np.asarray(standing & (fine > 0))
 
 
 def _roomy(free: Mask) -> Mask:
-    """Drop what is nowhere wide, as the inside of hollow walls."""
+    """Remove regions that are narrow everywhere, like the inside of hollow walls."""
     parts, stats = pieces_of(free, connectivity=4)
     wide = (clearance_of(free) * CELL_M > _ROOMY_M) & free
     is_wide = np.zeros(len(stats), dtype=bool)
@@ -234,7 +234,7 @@ def _roomy(free: Mask) -> Mask:
 
 
 def _missing_ceiling(corners: Array, low: Array, high: Array) -> TriangleMesh:
-    """Return a sheet over the whole mesh unless it has a ceiling of its own."""
+    """Return a ceiling over the whole mesh, or an empty mesh if it has its own ceiling."""
     area, height = _flat(corners)
     floor_m2 = area[np.abs(height) < SILL_M].sum()
     if area[height > _CEILING_FROM_M].sum() > _CEILING_SHARE * floor_m2:

@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A simulated recording: a building, a tour, lidar sweeps, and a floorplan that is not the building.
+A simulated recording: a building, a tour, lidar sweeps, and an inexact floorplan.
 
-The robot's floorplan shows no furniture, has walls of another thickness, is stretched by a few
-per cent in x and y, has its own resolution, and lies somewhere else, turned by any angle. What is
-true is kept apart from what a robot would have: the bag's clouds and the floorplan carry none of
-it.
+The robot's floorplan shows no furniture, has walls of a different thickness, is stretched by a
+few per cent in x and y, and has its own resolution, origin and rotation. Ground truth is stored
+separately from the robot's data: the bag's clouds and the floorplan contain none of it.
 """
 
 from __future__ import annotations
@@ -65,15 +64,15 @@ BUILDING_FRAME = 'building'
 FLOORPLAN_NAME = 'floorplan.yaml'
 
 Progress = Callable[[int, int], None]
-"""Is told how many scans are done, and of how many."""
+"""Callback with the number of finished scans and their total."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
     """
-    A simulated run, its scans cast on demand: equal indices give equal scans in any order.
+    A simulated recording with scans cast on demand; equal indices give equal scans in any order.
 
-    ``floorplan`` is what the robot gets; ``A_plan_building`` maps true metres to nominal metres
+    ``floorplan`` is the robot's input; ``A_plan_building`` maps true metres to nominal metres
     of the floorplan's frame ``plan``.
     """
 
@@ -85,7 +84,7 @@ class Recording:
     lidar: LidarSimulator
 
     def __len__(self) -> int:
-        """Count the scans."""
+        """Return the number of scans."""
         return len(self.stamps_ns)
 
     def __iter__(self) -> Iterator[SimulatedScan]:
@@ -94,7 +93,7 @@ class Recording:
 
     @property
     def stamps_ns(self) -> NDArray[np.int64]:
-        """Time stamps of all scans ``(S,)``: the ends of their sweeps."""
+        """Time stamps ``(S,)`` [ns] of all scans: the ends of their sweeps."""
         return scan_stamps_ns(self.tour, self.lidar.model.period_s)
 
     def truth(self) -> Array:
@@ -107,11 +106,11 @@ class Recording:
         return wheel_odometry(self.truth(), rng)
 
     def gyro_rates(self) -> tuple[NDArray[np.int64], Array]:
-        """Return stamps ``(K,)`` and rates ``(K, 3)`` [rad/s] of a gyroscope in the lidar."""
+        """Return stamps ``(K,)`` [ns] and rates ``(K, 3)`` [rad/s] of the lidar's gyroscope."""
         return gyro_rates(self.tour, np.random.default_rng((self.seed, len(self) + 1)))
 
     def summary(self) -> dict[str, Any]:
-        """Return what the recording holds and how its floorplan is distorted, for JSON."""
+        """Return the recording's contents and its floorplan's distortion as a dict for JSON."""
         plan = self.building.plan
         return {
             'seed': self.seed,
@@ -142,15 +141,15 @@ class Recording:
 
     def deskewed(self, index: int) -> Scan:
         """
-        Cast scan ``index`` and register it as a perfect odometry would.
+        Cast scan ``index`` and deskew it with ground truth poses.
 
-        Its points are as seen from the pose at its stamp, ``T_odom_sensor`` that pose in
+        Its points are relative to the pose at its stamp; ``T_odom_sensor`` is that pose in
         ``building``.
         """
         scan = self.scan(index)
         T = scan.T_truth_sensor
-        assert T is not None, 'a simulated scan knows its pose'
-        assert scan.time_s is not None, 'and when its points were measured'
+        assert T is not None, 'a simulated scan has a pose'
+        assert scan.time_s is not None, 'a simulated scan has point times'
         R, origin = self.tour.sensor_poses(index * self.lidar.model.period_s + scan.time_s)
         in_building = np.einsum('pij,pj->pi', R, scan.points.astype(np.float64)) + origin
         points = (in_building - T[:3, 3]) @ T[:3, :3]
@@ -166,26 +165,26 @@ def make_recording(
     mesh: TriangleMesh | None = None,
 ) -> Recording:
     """
-    Choose a building, a tour and a floorplan; scans are cast when they are asked for.
+    Generate a building, a tour and a floorplan; scans are cast on demand.
 
     Parameters
     ----------
     seed : int
-        Equal arguments give equal recordings, to the byte.
+        Equal arguments give byte-identical recordings.
     options : RecordingOptions
     threads : int
-        For ray casting, without influence on the result; 0 takes all cores.
+        Threads for ray casting; no influence on the result. 0 uses all cores.
     floorplan : GridMap
-        A user's own drawing: its building is raised instead of a generated one.
+        A user's drawing, whose building is extruded instead of a generated one.
     mesh : TriangleMesh
-        A building as it is, metres and z up; ``floorplan`` shows it in the same x and y, and
-        where there is none the robot gets what it could drive on.
+        A building's mesh, in metres with z up. ``floorplan`` shows it in the same x and y;
+        without it, the floorplan is the mesh's free space.
 
     Raises
     ------
     ConfigError, MapFormatError
-        If the family is unknown, the floorplan has no rooms, the mesh no space indoors, or there
-        is no such tour.
+        If the family is unknown, the floorplan has no rooms, the mesh has no indoor space, or no
+        tour is found.
     """
     options = options or RecordingOptions()
     if mesh is not None:
@@ -213,33 +212,33 @@ def write_recording(
     """
     Write a recording to a folder.
 
-    The folder gets ``bag`` (clouds on ``/points`` in frame ``lidar``, ground truth on
+    The folder contains ``bag`` (clouds on ``/points`` in frame ``lidar``, ground truth on
     ``/ground_truth/pose`` in frame ``building``), ``floorplan.yaml`` with its image, ``truth.tum``
-    (planar sensor poses in ``building``; the bag's carry roll and pitch as well) and
+    (planar sensor poses in ``building``; those in the bag include roll and pitch) and
     ``truth.json``, see :meth:`Recording.summary`.
 
     Parameters
     ----------
     recording : Recording
     out_dir : Path
-        Created where missing; must not hold a bag.
+        Created if missing; must not contain a bag.
     storage : 'sqlite3' or 'mcap'
     with_wheels : bool
         Adds wheel odometry on ``/wheels/odometry``, frames ``odom`` and ``lidar``; readers then
-        take it instead of matching scans.
+        use it instead of scan matching.
     with_imu : bool
         Adds the angular rates of a gyroscope in the lidar on ``/imu``.
     laser_scans : bool
-        Writes what a planar sensor sees as LaserScans on ``/scan``, in place of the clouds.
+        Writes LaserScans of a planar sensor on ``/scan`` instead of clouds.
     progress : callable
-        Is told the number of scans written and their total after each scan.
+        Called after each scan with the number of written scans and their total.
 
     Raises
     ------
     BagFormatError
-        If the folder holds a bag or cannot be written.
+        If the folder contains a bag or is not writable.
     ConfigError
-        If LaserScans are wanted of a sensor that is not planar.
+        If LaserScans are requested from a sensor that is not planar.
     """
     out_dir, model = Path(out_dir), recording.lidar.model
     planar = check_planar(model) if laser_scans else None
@@ -278,7 +277,7 @@ def write_recording(
 
 
 def _write_cloud(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:
-    # The stamp is the end of the sweep, and drivers that stamp so count points' times from it.
+    # The stamp is the end of the sweep, and point times are relative to the stamp.
     time_s = (scan.time_s - period_s).astype(np.float32) if scan.time_s is not None else None
     bag.write_cloud(
         CLOUD_TOPIC, scan.stamp_ns, LIDAR_FRAME, scan.points, scan.intensity, scan.ring, time_s

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Robots with lidars mounted anywhere and wheels, and what all of them report on a drive.
+Simulated robots with several lidars and wheels, and their messages during a recording.
 
-Where :mod:`fpnet_lab.sim.drives.recording` records one sensor that is the robot, this records a
-robot: its base, its sensors with their places on ``/tf_static``, its wheels as messages or in TF,
-stamps and times of points as one driver or another has them.
+:mod:`fpnet_lab.sim.drives.recording` records a single sensor. This module records a robot: its
+base, its sensors with their poses on ``/tf_static``, its wheel odometry as messages or in TF, and
+the stamps and point times of different drivers.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ BASE, WHEELS_FRAME = 'base_link', 'odom'
 """Frames of the robot and of its wheels' odometry. Given: REP-105."""
 
 LIDAR = LidarModel(beams=16, columns=450)
-"""A small lidar: what a robot of this benchmark needs to find itself. Chosen."""
+"""A small lidar, sufficient to localize the robots of this benchmark. Chosen."""
 
 PLANAR = LidarModel(
     beams=1, columns=720, lowest_rad=0.0, highest_rad=0.0, max_range_m=25.0, angle_sigma_rad=0.0
@@ -59,9 +59,9 @@ class Sensor:
     """
     A lidar on the robot.
 
-    ``T_base_sensor`` is (4, 4); ``stamp`` is the share of a sweep that is over at the stamp of
-    its cloud, and ``absolute_times`` says that times of points are on the stamp's clock, not
-    relative to it. Sensors of one beam report LaserScans, stamped as those are.
+    ``T_base_sensor`` is (4, 4); ``stamp`` is the share of the sweep completed at the cloud's
+    stamp. With ``absolute_times``, point times use the stamp's clock instead of being relative to
+    the stamp. Single-beam sensors report LaserScans, stamped at the start of the sweep.
     """
 
     topic: str
@@ -75,10 +75,10 @@ class Sensor:
 @dataclass(frozen=True, eq=False)
 class Robot:
     """
-    What is on a robot that drives a tour of a building, both by ``seed``.
+    A robot's equipment; ``seed`` determines its building and tour.
 
-    ``wheels_topic`` carries the wheels' odometry, none where it is empty; ``wheels_in_tf``
-    publishes it in TF. ``namespace`` is that of TF, with a slash before it, or empty.
+    ``wheels_topic`` is the topic of wheel odometry (empty: none); ``wheels_in_tf`` publishes it
+    in TF. ``namespace`` is the TF namespace with a leading slash, or empty.
     """
 
     seed: int
@@ -90,14 +90,14 @@ class Robot:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A robot's drive; its base is on the floor, below the sensor of the recording."""
+    """A robot on a tour; its base is on the floor, below the recording's sensor."""
 
     robot: Robot
     recording: Recording
 
     @classmethod
     def of(cls, robot: Robot, seconds: float) -> Drive:
-        """Simulate the start of a tour."""
+        """Return the first ``seconds`` of a simulated tour."""
         recording = make_recording(robot.seed, RecordingOptions(lidar=PLANAR), threads=1)
         tour, count = recording.tour, round(seconds * _TOUR_STEPS_PER_S)
         short = replace(
@@ -116,7 +116,7 @@ class Drive:
         return poses
 
     def sweeps(self, number: int) -> Iterator[SimulatedScan]:
-        """Cast all sweeps of a sensor; stamps are their ends."""
+        """Yield all sweeps of a sensor, stamped at their ends."""
         sensor = self.robot.sensors[number]
         simulator = LidarSimulator(self.recording.building, sensor.model, threads=1)
         for index, stamp_ns in enumerate(self.recording.stamps_ns):
@@ -134,7 +134,7 @@ class Drive:
             )
 
     def write(self, bag: BagWriter) -> int:
-        """Write all that the robot reports; returns how many sweeps each sensor makes."""
+        """Write all of the robot's messages and return the number of sweeps per sensor."""
         tf = self.robot.namespace + TF_TOPIC
         for sensor in self.robot.sensors:
             bag.write_transform(f'{tf}_static', EPOCH_NS, BASE, sensor.frame, sensor.T_base_sensor)
@@ -165,7 +165,7 @@ class Drive:
         return write
 
     def errors(self, stamps_ns: NDArray[np.int64], poses: list[SE2], T_base_body: Array) -> Array:
-        """Return how far poses in the plan are off (S, 2), in the building [m] and [rad]."""
+        """Return errors (S, 2) of poses in the plan frame, measured in the building [m, rad]."""
         A_building_plan = self.recording.A_plan_building.inv()
         truth = self.base_at(stamps_ns) @ T_base_body
         rows = []

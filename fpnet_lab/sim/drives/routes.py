@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Paths through a building: which doors to take, and how to stay clear of walls in between."""
+"""Path planning in a building: sequences of doors, and collision-free paths between them."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from fpnet_lab.sim.types import BuildingPlan
 Array = NDArray[np.float64]
 
 APPROACH_M = 0.45
-"""A door is entered and left straight, from this far in front of its opening. Chosen."""
+"""Length of the straight approach to and departure from a door. Chosen."""
 
 DOOR_COST_M = 0.5
-"""What a door adds to the length of a way; breaks the tie between doors in one line. Chosen."""
+"""Path cost of a door; breaks the tie between doors along one line. Chosen."""
 
 CLEARANCES_M = (0.7, 0.45, 0.3, 0.2)
-"""Distances to walls, the first one at which a room lets the robot through is kept. Chosen."""
+"""Distances to walls; the first that leaves a path through a room is used. Chosen."""
 
-_SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance; chosen
+_SNAP_M = 0.6  # maximum distance of a path's end from the area with clearance; chosen
 _DRAWN_POINTS = 64  # numerical
 _TOLERANCE_M = 1e-6  # numerical
 _START, _GOAL = 'start', 'goal'
 
 NO_ROOM = -1
-"""Given: of places in free space that nobody has cut into rooms."""
+"""Given: room index of places in free space without rooms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Place:
 
 
 class Router:
-    """Finds short, safe polylines between places of one plan."""
+    """Planner of short, collision-free polylines between places of one plan."""
 
     def __init__(self, plan: BuildingPlan) -> None:
         self._plan = plan
@@ -64,7 +64,7 @@ class Router:
                 self._graph.add_edge(a, b, weight=way_m)
 
     def distances(self, start: Place) -> dict[int, float]:
-        """Return the length of the way to each room that can be reached, by room index [m]."""
+        """Return the path length [m] to each reachable room by room index."""
         graph = self._graph.copy()
         self._attach(graph, _START, start)
         to_door = nx.single_source_dijkstra_path_length(graph, _START)
@@ -80,7 +80,7 @@ class Router:
         """
         Return a polyline ``(V, 2)`` [m] from ``start`` to ``goal`` through doors.
 
-        None where no doors join the two rooms, or a room on the way is too narrow.
+        Returns None if no doors connect the rooms, or if a room on the way is too narrow.
         """
         doors = self._doors_between(start, goal)
         if doors is None:
@@ -106,10 +106,10 @@ class Router:
         near: Array | None = None,
     ) -> Place:
         """
-        Draw a place well inside a room.
+        Sample a place well inside a room.
 
-        ``reach_m`` bounds its distance to ``near (2,)``, such as the door that the robot came
-        through; small rooms give the farthest of the drawn points instead.
+        ``reach_m`` bounds its distance to ``near (2,)``, for example the entrance door; in small
+        rooms, the farthest sampled point is used instead.
         """
         outline = self.outlines[room]
         core = outline
@@ -126,7 +126,7 @@ class Router:
         return Place(room, points[index])
 
     def entrance(self, start: Place, room: int) -> Array | None:
-        """Return where the way from ``start`` enters ``room`` (2,); None if no door leads in."""
+        """Return the point (2,) where the path from ``start`` enters ``room``, None if none."""
         doors = self._doors_between(start, Place(room, self._room_centre(room)))
         return self._gates[doors[-1]][room] if doors else None
 
@@ -138,13 +138,13 @@ class Router:
         return np.array(self.outlines[room].representative_point().coords[0])
 
     def _approaches(self, index: int) -> dict[int, Array]:
-        """Return the point in front of a door in each of its two rooms, by room index."""
+        """Return the point (2,) in front of a door in each of its rooms, by room index."""
         door = self._plan.doors[index]
         opening = opening_polygon(self._plan, door)
         depth = opening.area / door.width_m / 2.0
         points = {}
         for room in door.rooms:
-            # A closet may be shallower than the approach: then the point comes nearer.
+            # In a closet shallower than the approach, the point is closer to the door.
             for reach in np.linspace(APPROACH_M, 0.0, 6):
                 offset = (depth + reach) * door.normal
                 sides = [self._centre(index) + offset, self._centre(index) - offset]
@@ -172,7 +172,7 @@ class Router:
         return list(nodes[1:-1])
 
     def _inside(self, room: int, start: Array, goal: Array) -> list[Array] | None:
-        """Return the way within one room after ``start``, up to and with ``goal``, or None."""
+        """Return the path inside a room, without ``start`` but with ``goal``, or None."""
         for clearance in CLEARANCES_M:
             safe = self.outlines[room].buffer(-clearance, join_style='mitre')
             parts = [part for part in shapely.get_parts(safe).tolist() if not part.is_empty]
@@ -185,9 +185,9 @@ class Router:
 
 def draw_nearby(ways_m: Array, reach_m: float, rng: np.random.Generator) -> int:
     """
-    Draw a goal by the lengths ``ways_m (N,)`` of the ways to all, infinite where there is none.
+    Sample a goal index given path lengths ``ways_m (N,)`` [m] (infinite: unreachable).
 
-    The chance falls by e over ``reach_m`` more way, in walks as in drives.
+    The probability falls by a factor of e per ``reach_m`` of additional path length.
     """
     weights = np.exp(-(ways_m - ways_m.min()) / reach_m)
     return int(rng.choice(len(weights), p=weights / weights.sum()))
@@ -198,7 +198,7 @@ def _distance(a: Array, b: Array) -> float:
 
 
 def _points_inside(area: shapely.Geometry, rng: np.random.Generator) -> Array:
-    """Return some random points in an area, at least one."""
+    """Return random points (N, 2) in an area, at least one."""
     x0, y0, x1, y1 = area.bounds
     points = rng.uniform((x0, y0), (x1, y1), size=(4 * _DRAWN_POINTS, 2))
     shapely.prepare(area)
@@ -209,7 +209,7 @@ def _points_inside(area: shapely.Geometry, rng: np.random.Generator) -> Array:
 
 
 def _shortest_inside(area: Polygon, start: Array, goal: Array) -> list[Array]:
-    """Return the inner vertices of the shortest way within ``area``: its visibility graph."""
+    """Return the inner vertices of the shortest path in ``area``, by a visibility graph."""
     ends = [_into(area, start), _into(area, goal)]
     corners = np.concatenate([ends, shapely.get_coordinates(area)])
     grown = area.buffer(_TOLERANCE_M, join_style='mitre')

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans along a tour: what a lidar reports while the robot drives, and where it truly was."""
+"""Simulated scans along a tour, with ground truth poses."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from fpnet_lab.sim.drives.driving import Tour
 from fpnet_lab.sim.lidars.lidar import LidarSimulator
 
 EPOCH_NS = 1_750_000_000 * NS_PER_S
-"""Given: sensor time of a recording's start; ROS takes times near zero as unset."""
+"""Given: sensor time of a recording's start; ROS treats times near zero as unset."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SimulatedScan(Scan):
     """
-    A sweep with all that the sensor reports.
+    A sweep with all fields that the sensor reports.
 
     ``stamp_ns`` is the end of the sweep, ``T_truth_sensor`` the sensor's pose in ``building`` at
-    that instant, ``time_s`` counts from the start of the sweep. ``intensity (P,) float32`` is in
-    [0, 255], ``ring (P,) uint16``.
+    that instant; ``time_s`` is relative to the start of the sweep. ``intensity (P,) float32`` is
+    in [0, 255], ``ring (P,) uint16``.
     """
 
     intensity: NDArray[np.float32]
@@ -33,13 +33,13 @@ class SimulatedScan(Scan):
 
 
 def scan_stamps_ns(tour: Tour, period_s: float) -> NDArray[np.int64]:
-    """Return the stamps ``(S,)`` of the sweeps that end within a tour."""
+    """Return the stamps ``(S,)`` [ns] of the sweeps that end within a tour."""
     period_ns = round(period_s * NS_PER_S)
     return EPOCH_NS + period_ns * np.arange(1, int(tour.duration_s / period_s) + 1, dtype=np.int64)
 
 
 def sensor_poses_at(tour: Tour, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return ``T_building_sensor (S, 4, 4)`` at sensor times ``(S,)``."""
+    """Return ``T_building_sensor (S, 4, 4)`` at sensor times ``(S,)`` [ns]."""
     R, origin = tour.sensor_poses((stamps_ns - EPOCH_NS) / NS_PER_S)
     poses = np.tile(np.eye(4), (len(R), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = R, origin
@@ -49,7 +49,7 @@ def sensor_poses_at(tour: Tour, stamps_ns: NDArray[np.int64]) -> NDArray[np.floa
 def cast_scan(
     lidar: LidarSimulator, tour: Tour, index: int, rng: np.random.Generator
 ) -> SimulatedScan:
-    """Cast sweep ``index`` of a tour; it starts ``index`` periods after the tour does."""
+    """Cast sweep ``index`` of a tour, starting ``index`` periods after the tour's start."""
     model = lidar.model
     start_s = index * model.period_s
     R, origin = tour.sensor_poses(start_s + model.column_times_s)

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Tours: where a robot goes, in which order, until time and places suffice.
+Tour planning: a sequence of places with enough places and duration.
 
-The ground says where it may begin and which ways lead on: the rooms of a plan here, free space
-that nobody has cut into rooms in ``mesh_tours``.
+A :class:`Ground` provides start places and paths to further places: the rooms of a plan here,
+free space without rooms in ``mesh_tours``.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from fpnet_lab.sim.types import BuildingPlan
 Array = NDArray[np.float64]
 
 VISIT_DEPTH_M = (1.2, 2.5)
-"""How far into a room the robot drives, measured from its door. Chosen."""
+"""Distance that the robot drives into a room, measured from its door. Chosen."""
 
 # Chosen, not measured:
 _MOST_STARTS = 12
-_NEARNESS_M = 5.0  # rooms much farther than this from the nearest one are rarely next
+_NEARNESS_M = 5.0  # rooms much farther away than the nearest one plus this are rarely next
 _LOOK_RAD = (0.4, 1.0)
-_LINGER_S = 4.0  # typical time to stop, look around and turn back
-_PACE = 0.75  # mean speed on a path over the highest speed
+_LINGER_S = 4.0  # typical time to stop, turn and turn back
+_PACE = 0.75  # ratio of mean to maximum speed on a path
 
 
 @dataclass(frozen=True)
 class TourLimits:
-    """What a tour must contain, distinct rooms (the first one included) and time; its pace."""
+    """Bounds of a tour: distinct rooms (including the first), duration, and motion limits."""
 
     rooms: int = 5
     shortest_s: float = 60.0
@@ -48,20 +48,20 @@ class TourLimits:
 
 
 class Ground(Protocol):
-    """Where a robot may drive."""
+    """Drivable space of a robot."""
 
     @property
     def least_places(self) -> int:
-        """How many places a tour has at least, the first one included."""
+        """Minimum number of places of a tour, including the first."""
 
     def starts(self, rng: np.random.Generator) -> Iterator[Place]:
-        """Yield places to begin at, one for each attempt."""
+        """Yield start places, one per attempt."""
 
     def ways(self, start: Place, rng: np.random.Generator) -> Iterator[tuple[Array, Place]]:
-        """Yield ways (V, 2) [m] and the places they end at, each from the place before."""
+        """Yield paths (V, 2) [m] with their end places, each from the previous place."""
 
     def is_clear(self, tour: Tour) -> bool:
-        """Say whether the driven path keeps off the walls: corners are cut a little."""
+        """Return whether the driven path, which cuts corners slightly, is clear of walls."""
 
 
 def plan_tour(
@@ -70,19 +70,19 @@ def plan_tour(
     limits: TourLimits | None = None,
 ) -> Tour:
     """
-    Plan and drive a tour that starts in a random room and visits others near by.
+    Plan and drive a tour that starts in a random room and visits nearby rooms.
 
     Parameters
     ----------
     plan : BuildingPlan
     rng : numpy.random.Generator
-        Draws the start, the order of the rooms, where to stand in them and how to look around.
+        Samples the start, the order of the rooms, the places and the turns in them.
     limits : TourLimits
 
     Raises
     ------
     ConfigError
-        If no tour through that many rooms, in the time allowed and clear of walls, was found.
+        If no tour with enough rooms, within the time limits and clear of walls, was found.
     """
     limits = limits or TourLimits()
     ground = _Rooms(plan, limits.rooms)
@@ -90,14 +90,14 @@ def plan_tour(
     if tour is None:
         raise ConfigError(
             f'{plan.family} plan with {len(ground.candidates)} rooms has no tour through '
-            f'{limits.rooms} of them in {limits.shortest_s:.0f} to {limits.longest_s:.0f} s; ask '
-            'for fewer rooms or a longer tour, or take another seed'
+            f'{limits.rooms} of them in {limits.shortest_s:.0f} to {limits.longest_s:.0f} s; '
+            'request fewer rooms or a longer tour, or use another seed'
         )
     return tour
 
 
 def tour_on(ground: Ground, rng: np.random.Generator, limits: TourLimits) -> Tour | None:
-    """Return the first drive with enough places, within the time and clear of walls, or None."""
+    """Return the first tour with enough places, within the time and clear of walls, or None."""
     for start in ground.starts(rng):
         places, legs = _choose_legs(ground, start, rng, limits)
         if legs and len(places) >= ground.least_places:
@@ -115,7 +115,7 @@ def _choose_legs(
     rng: np.random.Generator,
     limits: TourLimits,
 ) -> tuple[list[Place], list[Leg]]:
-    """Add places until both number and time suffice; stop where the next would take too long."""
+    """Add places until number and duration suffice, or the next leg would exceed the limit."""
     places, legs, clock_s = [start], [], 0.0
     middle_s = 0.5 * (limits.shortest_s + limits.longest_s)
     ways = ground.ways(start, rng)
@@ -132,17 +132,17 @@ def _choose_legs(
 
 
 def _leg_time_s(path: Array, motion: MotionLimits) -> float:
-    """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
+    """Return the approximate time to drive a path (V, 2) and turn at its end [s]."""
     return path_length(path) / (_PACE * motion.speed_mps) + _LINGER_S
 
 
 def _draw_leg(path: Array, rng: np.random.Generator) -> Leg:
-    """Draw how far the robot looks around at the end of a path (V, 2), and to which side."""
+    """Return a leg along a path (V, 2) with a random rotation at its end."""
     return Leg(path, float(rng.choice([-1.0, 1.0]) * rng.uniform(*_LOOK_RAD)))
 
 
 class _Rooms:
-    """The rooms of a plan, each visited once, near ones more often."""
+    """The rooms of a plan, each visited at most once, with a preference for nearby rooms."""
 
     def __init__(self, plan: BuildingPlan, least_places: int) -> None:
         self.least_places = least_places
@@ -171,7 +171,7 @@ class _Rooms:
         return bool(shapely.covers(self._area, tour.line()))
 
     def _next_room(self, here: Place, closed: set[int], rng: np.random.Generator) -> int | None:
-        """Draw a room that is not closed to the tour; None if there is none."""
+        """Sample a reachable room that is not in ``closed``, or None if there is none."""
         lengths = self._router.distances(here)
         fresh = sorted(set(lengths) - closed)
         if not fresh:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a recording is made of: a building, a tour through it, and the floorplan that a robot gets.
+Inputs of a recording: a building, a tour through it, and the robot's floorplan.
 
 Buildings come from the plan generator, from a user's own floorplan, or from a mesh.
 """
@@ -41,25 +41,25 @@ DEFAULT_FAMILIES = (
     'bays',
     'central_hall',
 )
-"""Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
+"""Families sampled by default: rooms along corridors, without built-in symmetry."""
 
 _PLAN_ATTEMPTS = 20  # numerical
 # Chosen, not measured:
-_TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
+_TOUR_CLEARANCE_M = 0.45  # minimum distance of furniture from the robot's path
 _SHORTEST_OWN_TOUR_S = 10.0  # a user's plan may be a small flat
 _DRAWN_WALL_M = (0.06, 0.3)  # thickness of a drawing's walls
-_SHOWN_SHARE = 0.7  # of a mesh tour that its floorplan must show as free
+_SHOWN_SHARE = 0.7  # minimum share of a mesh tour that is free in the floorplan
 
 
 @dataclass(frozen=True)
 class RecordingOptions:
     """
-    What to simulate.
+    Options of a simulated recording.
 
-    ``family`` is a key of ``FAMILIES`` (None draws one of ``DEFAULT_FAMILIES``); ``rooms`` bounds
-    the number of rooms besides corridors; both are for generated buildings. ``style`` is how a
-    plan is raised. The drawing's x and y
-    stretch and its pixel size [m] are drawn evenly from their ranges.
+    ``family`` is a key of ``FAMILIES`` (None samples one of ``DEFAULT_FAMILIES``); ``rooms``
+    bounds the number of rooms without corridors; both apply to generated buildings. ``style`` is
+    the style of extrusion. The drawing's x and y stretch and its pixel size [m] are sampled
+    uniformly from their ranges.
     """
 
     family: str | None = None
@@ -88,12 +88,12 @@ class Visit:
 
 def generated_visit(seed: int, options: RecordingOptions) -> Visit:
     """
-    Draw a building, a tour, and a floorplan that is stretched, redrawn and laid somewhere else.
+    Generate a building, a tour, and a stretched, redrawn floorplan with another origin.
 
     Raises
     ------
     ConfigError
-        If the family is unknown, or no plan of it has enough rooms and allows such a tour.
+        If the family is unknown, or no plan of it has enough rooms and a tour.
     """
     layout_rng, contents_rng, drawing_rng = _streams(seed)
     plan, tour = _draw_plan_and_tour(layout_rng, options)
@@ -104,10 +104,10 @@ def generated_visit(seed: int, options: RecordingOptions) -> Visit:
 
 def traced_visit(seed: int, options: RecordingOptions, floorplan: GridMap) -> Visit:
     """
-    Raise the building that a floorplan shows; the floorplan itself is what the robot gets.
+    Extrude the building shown in a floorplan; the robot gets the floorplan itself.
 
-    The building is not quite as large as drawn: the drawing's stretch is drawn as for generated
-    ones. A small plan allows a shorter tour than ``options.limits``.
+    The building's size differs slightly from the drawing, with a random stretch as for generated
+    buildings. A small plan may have a shorter tour than ``options.limits``.
 
     Raises
     ------
@@ -127,19 +127,19 @@ def mesh_visit(
     seed: int, options: RecordingOptions, mesh: TriangleMesh, floorplan: GridMap | None = None
 ) -> Visit:
     """
-    Drive through a mesh as it is; furniture is not added.
+    Plan a tour through an unmodified mesh, without added furniture.
 
     Parameters
     ----------
-    seed : draws the tour
-    options : its limits
-    mesh : metres, z up
-    floorplan : in the mesh's own x and y [m]; None takes what a robot could drive on
+    seed : seed of the tour
+    options : only the tour's limits are used
+    mesh : in metres, z up
+    floorplan : in the mesh's x and y [m]; None uses the mesh's free space
 
     Raises
     ------
     MapFormatError
-        If the mesh has no drivable space indoors, or the floorplan shows another building.
+        If the mesh has no drivable indoor space, or the floorplan shows another building.
     """
     world = survey_mesh(mesh)
     tour = plan_mesh_tour(world, _streams(seed)[0], options.limits)
@@ -147,8 +147,8 @@ def mesh_visit(
     shown = _share_on_free(floorplan, tour.xy)
     if shown < _SHOWN_SHARE:
         raise MapFormatError(
-            f'the floorplan shows only {100.0 * shown:.0f}% of a drive through the mesh as free '
-            'space; expected a plan of the same building in the same x and y'
+            f'only {100.0 * shown:.0f}% of a tour through the mesh are free space in the '
+            'floorplan; expected a plan of the same building in the same x and y'
         )
     plan = plan_from_grid(floorplan)
     line = tour.line()
@@ -158,7 +158,7 @@ def mesh_visit(
 
 
 def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator, np.random.Generator]:
-    """Return the generators of layout, contents and drawing."""
+    """Return the random generators of layout, contents and drawing."""
     a, b, c = np.random.SeedSequence(seed).spawn(3)
     return np.random.default_rng(a), np.random.default_rng(b), np.random.default_rng(c)
 
@@ -179,7 +179,7 @@ def _furnished(
 def _draw_plan_and_tour(
     rng: np.random.Generator, options: RecordingOptions
 ) -> tuple[BuildingPlan, Tour]:
-    """Draw plans until one has enough rooms, a corridor and a tour."""
+    """Generate plans until one has enough rooms, a corridor and a tour."""
     reason = ''
     for _ in range(_PLAN_ATTEMPTS):
         family = options.family or str(rng.choice(DEFAULT_FAMILIES))
@@ -199,7 +199,7 @@ def _draw_plan_and_tour(
 
 
 def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions) -> Tour:
-    """Return a tour through as many rooms as asked for, or as there are; at least two."""
+    """Return a tour through as many rooms as requested or possible, but at least two."""
     count = sum(room.kind == 'room' for room in plan.rooms)
     wanted = min(options.limits.rooms, count)
     shortest_s = min(options.limits.shortest_s, _SHORTEST_OWN_TOUR_S)
@@ -210,15 +210,15 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
         except ConfigError:
             continue
     raise ConfigError(
-        f'the floorplan has {len(plan.rooms)} rooms and {len(plan.doors)} doors, but no way for a '
-        'robot from one room to another; check its metres per pixel and its doors'
+        f'the floorplan has {len(plan.rooms)} rooms and {len(plan.doors)} doors, but no path '
+        'for a robot between two rooms; check its metres per pixel and its doors'
     )
 
 
 def _draw_floorplan(
     plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions
 ) -> DrawnPlan:
-    """Draw the building stretched, then lay the sheet somewhere else, turned."""
+    """Draw the stretched building, with a random origin and rotation of the sheet."""
     stretch = Affine2D(np.diag(rng.uniform(*options.stretch, size=2)), np.zeros(2))
     sheet = render_plan(
         plan,

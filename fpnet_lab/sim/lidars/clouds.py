@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Finished clouds of simulated buildings: laser scans from tripods, and maps of mobile robots."""
+"""Finished point clouds of simulated buildings: tripod laser scans, and mobile robot maps."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from fpnet_lab.sim.lidars.sensors import SENSORS, LidarModel, SensorModel
 
 Array = NDArray[np.float64]
 
-_CLEAR_M = 0.5  # chosen: stations keep so far from walls
-_CHUNK = 64  # numerical: points are thinned after so many stations
+_CLEAR_M = 0.5  # chosen: minimum distance of stations from walls
+_CHUNK = 64  # numerical: number of stations between two downsamplings
 
 
 @dataclass(frozen=True)
 class Survey:
     """
-    How a cloud is made.
+    Parameters of a point cloud survey.
 
-    ``sensor`` stands ``height_m`` above the floor, at places ``spacing_m`` apart; its points get
-    noise of ``noise_m`` in every direction, and one stays in each cube of ``cube_m``.
+    ``sensor`` is ``height_m`` above the floor, at stations ``spacing_m`` apart. Its points get
+    noise of ``noise_m`` in every direction; one point per voxel of ``cube_m`` is kept.
     """
 
     sensor: SensorModel
@@ -45,7 +45,7 @@ SURVEYS: dict[str, Survey] = {
     ),
     'slam': Survey(SENSORS['beams64'], 0.9, 1.5, 0.02, 0.05),
 }  # fmt: skip
-"""A scanner on a tripod, every few metres; a robot's map with noise. Chosen."""
+"""A tripod scanner with a station every few metres; a robot's noisy map. Chosen."""
 
 
 def surveyed_cloud(
@@ -55,13 +55,13 @@ def surveyed_cloud(
     lidar = LidarSimulator(building, survey.sensor, threads)
     kept: list[NDArray[np.float32]] = []
     for xy in stations(building, survey.spacing_m):
-        kept.append(_look(lidar, np.append(xy, survey.height_m), survey, rng))
+        kept.append(_sweep_at(lidar, np.append(xy, survey.height_m), survey, rng))
         if len(kept) >= _CHUNK:
             kept = [thinned_cloud(np.concatenate(kept), survey.cube_m)]
     return thinned_cloud(np.concatenate(kept), survey.cube_m)
 
 
-def _look(
+def _sweep_at(
     lidar: LidarSimulator, place: Array, survey: Survey, rng: np.random.Generator
 ) -> NDArray[np.float32]:
     columns = survey.sensor.columns
@@ -75,7 +75,7 @@ def _look(
 
 
 def stations(building: Building, spacing_m: float) -> Array:
-    """Return places (S, 2) clear of walls and furniture, at least one in each room if possible."""
+    """Return stations (S, 2) clear of walls and furniture, at least one per room if possible."""
     taken = shapely.union_all([piece.footprint for piece in building.furniture])
     places: list[Array] = []
     for outline in building.plan.outlines:
@@ -95,7 +95,7 @@ def stations(building: Building, spacing_m: float) -> Array:
 
 
 def thinned_cloud(points: NDArray[np.float32], cube_m: float) -> NDArray[np.float32]:
-    """Return the first of ``points (P, 3)`` in each cube."""
+    """Return the first of ``points (P, 3)`` in each voxel of edge ``cube_m``."""
     cubes = np.floor(points / cube_m).astype(np.int64)
     cubes -= cubes.min(axis=0)
     size = cubes.max(axis=0) + 1

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A lidar, ray-cast in a building with Open3D.
+Lidar simulation by ray casting in a building with Open3D.
 
-All beams of a column fire at one instant while the sensor turns and moves, so every column has a
-pose of its own and the points of a sweep are distorted by the motion as a real sensor's are.
-Beams are neither perfectly straight nor perfectly regular: without jitter the rings of points
-would travel with the robot, and scan matching would lock on the rings instead of the walls.
+All beams of a column fire at one instant while the sensor turns and moves. Every column therefore
+has its own pose, and motion distorts a sweep like that of a real sensor. Beam directions have
+jitter: without it, the rings of points would move with the robot, and scan matching would lock
+onto the rings instead of the walls.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ Array = NDArray[np.float64]
 
 REFLECTIVITY = (0.7, 0.45, 0.35)
 """
-Share of light that walls, shell (floor and ceiling) and contents return, in parts' order. Chosen.
+Reflectivity of walls, shell (floor and ceiling) and contents, in the order of ``parts``. Chosen.
 """
 
 # Chosen, not measured:
 _GLASS_REFLECTIVITY = 0.1
-_MIRROR_COSINE = 0.98  # of incidence; panes that face the sensor return light, others hardly
+_MIRROR_COSINE = 0.98  # cosine of incidence above which most rays return from glass
 _FACING_RETURNS, _OBLIQUE_RETURNS = 0.7, 0.02
 
 # Chosen, not measured:
 _FULL_INTENSITY = 255.0
-_GRAZING_COSINE = 0.02  # cosine of incidence at which half of the returns get lost
+_GRAZING_COSINE = 0.02  # cosine of incidence at which half of the returns are lost
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """
-    One sweep of the sensor, in the order of firing.
+    One sweep of the sensor, in firing order.
 
     ``points (P, 3) float32`` [m] are relative to the sensor at the instant of each point;
-    ``time_s (P,) float64`` counts from the start of the sweep; ``intensity (P,) float32`` is in
-    [0, 255]; ``ring (P,) uint16``. P may be 0 where nothing returns.
+    ``time_s (P,) float64`` is relative to the start of the sweep; ``intensity (P,) float32`` is
+    in [0, 255]; ``ring (P,) uint16``. P is 0 if nothing returns.
     """
 
     points: NDArray[np.float32]
@@ -58,15 +58,15 @@ class Sweep:
 
 class LidarSimulator:
     """
-    Casts sweeps in one building.
+    A lidar that casts sweeps in one building.
 
     Parameters
     ----------
     building : Building
     model : SensorModel
-        Default: a spinning lidar of 32 beams.
+        Default: a spinning lidar with 32 beams.
     threads : int
-        Threads for ray casting; the result does not depend on it. 0 takes all cores.
+        Threads for ray casting; the result does not depend on it. 0 uses all cores.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class LidarSimulator:
         self.model = model or LidarModel()
         self._threads = threads
         self._scene = o3d.t.geometry.RaycastingScene(nthreads=threads)
-        # The scene numbers geometries in the order of adding.
+        # The scene numbers geometries in the order in which they are added.
         shares = [
             share
             for mesh, share in zip(building.parts, REFLECTIVITY, strict=True)
@@ -94,13 +94,13 @@ class LidarSimulator:
         Parameters
         ----------
         R : (C, 3, 3)
-            Rotation building <- sensor at each column's instant.
+            Rotation from sensor to building at each column's instant.
         origin : (C, 3)
             Position of the sensor in the building at each column's instant [m].
         start_s : float
-            The sensor's clock at the start of the sweep [s].
+            Sensor clock at the start of the sweep [s].
         rng : numpy.random.Generator
-            Draws jitter, noise and dropouts.
+            Random generator of jitter, noise and dropouts.
         """
         directions = self.model.directions(start_s, rng)
         rays = np.empty((*directions.shape[:2], 6), dtype=np.float32)
@@ -120,7 +120,7 @@ class LidarSimulator:
     def _cast(
         self, rays: NDArray[np.float32], rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
-        """Return depths (C, B) [m], normals (C, B, 3) and parts of what rays (C, B, 6) meet."""
+        """Return depths (C, B) [m], normals (C, B, 3) and parts (C, B) hit by rays (C, B, 6)."""
         tensor = o3d.core.Tensor.from_numpy(rays)
         hits = self._scene.cast_rays(tensor, nthreads=self._threads)
         depth, normals = hits['t_hit'].numpy(), hits['primitive_normals'].numpy()
@@ -139,7 +139,7 @@ class LidarSimulator:
     def _measure(
         self, depth: NDArray[np.float32], cosine: NDArray[np.float32], rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Return noisy ranges ``(C, B)`` [m] and which of them the sensor reports."""
+        """Return noisy ranges ``(C, B)`` [m] and a mask of those that the sensor reports."""
         model = self.model
         noise = rng.standard_normal(depth.shape, dtype=np.float32)
         measured = depth + np.float32(model.range_sigma_m) * noise
@@ -150,7 +150,7 @@ class LidarSimulator:
 
 
 def add_mesh(scene: o3d.t.geometry.RaycastingScene, mesh: TriangleMesh) -> bool:
-    """Add a mesh to a scene and say so; an empty one gets no number."""
+    """Add a mesh to a scene unless it is empty; return whether it was added."""
     if not len(mesh.triangles):
         return False
     scene.add_triangles(

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Lidars by name: where their rays go, when, and what errors they make.
+Lidar models by name: ray directions, firing times and errors.
 
 Angles are in the sensor frame (x ahead, y left, z up), azimuth counter-clockwise seen from above.
-A sweep has ``columns`` instants (C) with ``beams`` rays each (B): rays of one instant share a
-pose, so that the motion during a sweep distorts it as it does a real one.
+A sweep has ``columns`` instants (C) with ``beams`` rays each (B). Rays of one instant share a
+pose, so that motion distorts a sweep like that of a real sensor.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, kw_only=True)
 class SensorModel(ABC):
     """
-    What all lidars have in common.
+    Base class of lidar models.
 
     Parameters
     ----------
     beams : int
-        Rays per instant; their number is the ring of a point.
+        Rays per instant; the ray index is the ring of a point.
     columns : int
-        Instants of a sweep, evenly spread over its time.
+        Instants of a sweep, evenly spaced in time.
     period_s : float
         Duration of a sweep [s].
     min_range_m, max_range_m : float
-        Returns outside are not reported [m].
+        Returns outside of this interval are not reported [m].
     range_sigma_m : float
         Standard deviation of the measured range [m].
     angle_sigma_rad : float
-        Standard deviation of every ray's azimuth and elevation around the regular pattern; the
-        sensor's calibration knows it, so points are reported where the ray went [rad].
+        Standard deviation of every ray's azimuth and elevation around the regular pattern [rad].
+        The sensor is calibrated, so points are reported along the actual ray.
     dropout : float
-        Share of returns that get lost whatever they hit.
+        Share of returns that are lost regardless of the surface.
     """
 
     beams: int
@@ -60,13 +60,13 @@ class SensorModel(ABC):
     @abstractmethod
     def angles(self, start_s: float, rng: np.random.Generator) -> tuple[Array, Array]:
         """
-        Return azimuths and elevations of the regular pattern [rad].
+        Return the azimuths and elevations of the regular pattern [rad].
 
-        Both broadcast to ``(C, B)``; ``start_s`` is the sensor's clock at the sweep's start.
+        Both broadcast to ``(C, B)``; ``start_s`` is the sensor clock at the sweep's start.
         """
 
     def directions(self, start_s: float, rng: np.random.Generator) -> NDArray[np.float32]:
-        """Return unit ray directions ``(C, B, 3)`` in the sensor frame, jitter included."""
+        """Return unit ray directions ``(C, B, 3)`` in the sensor frame, including jitter."""
         azimuth, elevation = (a.astype(np.float32) for a in self.angles(start_s, rng))
         sigma = np.float32(self.angle_sigma_rad)
         noise = sigma * rng.standard_normal((2, self.columns, self.beams), dtype=np.float32)
@@ -80,10 +80,10 @@ class SensorModel(ABC):
 @dataclass(frozen=True, kw_only=True)
 class LidarModel(SensorModel):
     """
-    A spinning lidar with its beams stacked one above the other; one beam is a planar scanner.
+    A spinning lidar with vertically stacked beams; with one beam, a planar scanner.
 
-    Beams spread evenly from ``lowest_rad`` (ring 0) to ``highest_rad``; a sweep is one turn. The
-    default resembles a common 32-beam sensor.
+    Beams are evenly spaced from ``lowest_rad`` (ring 0) to ``highest_rad``; a sweep is one turn.
+    The default resembles a common 32-beam sensor.
     """
 
     beams: int = 32
@@ -92,7 +92,7 @@ class LidarModel(SensorModel):
     highest_rad: float = float(np.deg2rad(22.5))
 
     def angles(self, start_s: float, rng: np.random.Generator) -> tuple[Array, Array]:
-        """Return angles that broadcast to ``(C, B)``; the turn starts anywhere."""
+        """Return angles that broadcast to ``(C, B)``, with a random start azimuth."""
         phase = rng.random()  # the encoder is not synchronised with the sweep
         azimuth = (np.arange(self.columns) + phase) * (2.0 * np.pi / self.columns)
         elevation = np.linspace(self.lowest_rad, self.highest_rad, self.beams)
@@ -102,12 +102,12 @@ class LidarModel(SensorModel):
 @dataclass(frozen=True, kw_only=True)
 class DomeLidar(SensorModel):
     """
-    A sensor of 360 x 59 degrees that never repeats its pattern.
+    A lidar with a 360 x 59 degree field of view and a non-repeating pattern.
 
-    A few lines, one above the other, share the vertical field of view; while the head turns,
-    each sweeps its part many times: points of a sweep are about a degree apart in all directions.
-    Neither rate is a multiple of the other or of the sweep's, so scan after scan fills the gaps.
-    Indoors it sees walls and the ceiling, and the floor only from some way off.
+    A few lines, one above the other, divide the vertical field of view. While the head turns,
+    each scans its part many times: points of a sweep are about one degree apart in all directions.
+    No rate is a multiple of another or of the sweep rate, so successive scans fill the gaps.
+    Indoors it measures walls and the ceiling, and the floor only at some distance.
     """
 
     beams: int = 4
@@ -124,7 +124,7 @@ class DomeLidar(SensorModel):
         time_s = (start_s + self.column_times_s)[:, None]
         azimuth = 2.0 * np.pi * (self.turns_per_s * time_s % 1.0)
         stroke = 2.0 * (self.strokes_per_s * time_s % 1.0)
-        height = np.where(stroke > 1.0, 2.0 - stroke, stroke)  # up and down again
+        height = np.where(stroke > 1.0, 2.0 - stroke, stroke)  # triangle wave
         share = (np.arange(self.beams) + height) / self.beams
         return azimuth, self.lowest_rad + share * (self.highest_rad - self.lowest_rad)
 
@@ -132,12 +132,12 @@ class DomeLidar(SensorModel):
 @dataclass(frozen=True, kw_only=True)
 class RosetteLidar(SensorModel):
     """
-    A sensor that looks ahead through two turning wedge prisms and draws a rosette.
+    A forward-looking lidar with two rotating wedge prisms and a rosette pattern.
 
-    Each prism deflects the ray by half of ``half_view_rad``; to first order the deflections add
-    as vectors, so at time t the ray is off the axis by
-    ``half_view_rad / 2 * (exp(2 pi i f1 t) + exp(2 pi i f2 t))`` (Risley prisms), whose petals
-    move on from scan to scan as f1 / f2 is no ratio of small integers.
+    Each prism deflects the ray by half of ``half_view_rad``. To first order the deflections add
+    as vectors, so at time t the ray's angle to the axis is
+    ``half_view_rad / 2 * (exp(2 pi i f1 t) + exp(2 pi i f2 t))`` (Risley prisms). The petals
+    shift from scan to scan, as f1 / f2 is not a ratio of small integers.
     """
 
     beams: int = 1
@@ -177,7 +177,7 @@ SENSORS: dict[str, SensorModel] = {
         highest_rad=0.0,
         max_range_m=25.0,
         range_sigma_m=0.02,
-        angle_sigma_rad=0.0,  # its points lie in z = 0 exactly, as drivers report them
+        angle_sigma_rad=0.0,  # points lie exactly at z = 0, as drivers report them
     ),
 }
-"""Sensor models by name; ``dome`` and ``rosette`` do not repeat their pattern. Chosen."""
+"""Sensor models by name; ``dome`` and ``rosette`` have non-repeating patterns. Chosen."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Many matching pairs as a few flat arrays, and back."""
+"""Serialization of matching pairs to flat arrays, and deserialization."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from fpnet_lab.sim.pairs.labels import Correspondences
 from fpnet_lab.sim.pairs.pair import MatchingPair
 
 Block = dict[str, NDArray[Any]]
-"""Arrays by name; rows of pair k lie between ``*_ptr[k]`` and ``*_ptr[k + 1]``."""
+"""Arrays by name; the rows of pair k are ``*_ptr[k]`` to ``*_ptr[k + 1]``."""
 
 _SIDES: tuple[Literal['plan', 'sub'], ...] = ('plan', 'sub')
-_UNSEEN = -1  # given: second room of a portal into unseen space
+_UNSEEN = -1  # given: second room of a portal into unobserved space
 _SCALARS = ('area_m2', 'observed_fraction', 'frontier_fraction', 'confidence')
 
 
 @dataclass(frozen=True, eq=False)
 class SideArrays:
     """
-    One side's graph: ``node_feat (R, D)``, ``edge_feat (E, De)`` float32, ``edges (E, 2)`` int64.
+    A region graph: ``node_feat (R, D)``, ``edge_feat (E, De)`` float32, ``edges (E, 2)`` int64.
 
-    ``positions (R, 2)`` are the regions' centroids [m] and ``is_door (R,)`` their labels.
+    ``positions (R, 2)`` are the region centroids [m]; ``is_door (R,)`` marks door regions.
     """
 
     node_feat: NDArray[np.float32]
@@ -51,7 +51,7 @@ class SideArrays:
 
 @dataclass(frozen=True, eq=False)
 class StoredPair:
-    """A pair as arrays; ``labels (N,)`` int64 as those of a :class:`~.pair.MatchingPair`."""
+    """A pair as arrays; ``labels (N,)`` int64 as in :class:`~.pair.MatchingPair`."""
 
     plan: SideArrays
     sub: SideArrays
@@ -63,7 +63,7 @@ class StoredPair:
 
 
 def pack_pairs(pairs: Sequence[MatchingPair]) -> Block:
-    """Return a block's arrays by name; text is fixed-width unicode."""
+    """Return the arrays of a block by name; strings are fixed-width unicode."""
     truths = [_truth(pair) for pair in pairs]
     block: Block = {
         'feature_schema': np.array(FEATURE_SCHEMA),
@@ -88,7 +88,7 @@ def pack_pairs(pairs: Sequence[MatchingPair]) -> Block:
 
 def _truth(pair: MatchingPair) -> Correspondences:
     if pair.truth is None:
-        raise ValueError('a pair without its truth cannot be stored')
+        raise ValueError('a pair without ground truth cannot be stored')
     return pair.truth
 
 
@@ -121,12 +121,12 @@ def _packed_portals(portals: Sequence[Sequence[Portal]]) -> Block:
 
 
 def row_offsets(sizes: Sequence[int]) -> NDArray[np.int64]:
-    """Return where each run of rows starts, and at the end their total number."""
+    """Return the start offset of each group of rows, followed by the total number of rows."""
     return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
 def stored_pair(block: Block, row: int) -> StoredPair:
-    """Return a block's pair ``row`` as arrays."""
+    """Return pair ``row`` of a block as arrays."""
     return StoredPair(
         plan=_side(block, 'plan', row),
         sub=_side(block, 'sub', row),
@@ -139,7 +139,7 @@ def stored_pair(block: Block, row: int) -> StoredPair:
 
 
 def matching_pair(block: Block, row: int) -> MatchingPair:
-    """Return a block's pair ``row`` with complete region graphs."""
+    """Return pair ``row`` of a block with complete region graphs."""
     stored = stored_pair(block, row)
     return MatchingPair(
         plan_graph=_graph(block, 'plan', row, stored.plan),
@@ -161,7 +161,7 @@ def matching_pair(block: Block, row: int) -> MatchingPair:
 
 
 def with_new_features(pair: MatchingPair) -> MatchingPair:
-    """Return the pair with features computed anew from its regions and portals."""
+    """Return the pair with features recomputed from its regions and portals."""
     return replace(
         pair,
         plan_graph=build_region_graph(_unrastered(pair.plan_graph, pair.plan_portals), 'plan'),
@@ -170,7 +170,7 @@ def with_new_features(pair: MatchingPair) -> MatchingPair:
 
 
 def _unrastered(graph: RegionGraph, portals: tuple[Portal, ...]) -> Segmentation:
-    """Return what a graph was built from, on a raster of one unknown cell."""
+    """Return the graph's segmentation on a placeholder raster with one unknown cell."""
     grid = GridMap(np.full((1, 1), UNKNOWN, np.int8), 1.0)
     return Segmentation(grid, np.zeros((1, 1), np.int32), graph.regions, portals)
 

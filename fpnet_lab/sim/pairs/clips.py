@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Robot maps as the paper samples them: a part of the storey's own map, clipped and roughened.
+Robot maps sampled as in the paper: a clipped part of the storey's map with rough walls.
 
-No rays are cast, so that a map costs little and differs from the drawing only by what the paper
-names: "its partial samples with various noise and clips" (section V-A1). Maps that a robot could
-really have made come from :mod:`fpnet_lab.sim.pairs.explore`.
+No rays are cast: maps are cheap and differ from the drawing only as described in the paper:
+"its partial samples with various noise and clips" (section V-A1). For realistic robot maps see
+:mod:`fpnet_lab.sim.pairs.explore`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from fpnet_lab.sim.plans.sources import NamedPlan
 from fpnet_lab.sim.types import BuildingPlan
 
 # Chosen, not measured:
-_SCAN_HEIGHT_M = 0.4  # furniture is cut at this height
+_SCAN_HEIGHT_M = 0.4  # height of the slice through furniture
 
 
 def clip_map(
@@ -39,14 +39,14 @@ def clip_map(
     config: ClipConfig,
 ) -> tuple[Submap, SE2]:
     """
-    Return a part of a storey's map in a frame of its own, and ``T_submap_building``.
+    Return a submap clipped from a storey's map in a random frame, and ``T_submap_building``.
 
     Parameters
     ----------
-    storey : the building; its raster is the map where it came from one
-    area : (4, 2) part of the building that rooms are taken from [m]; None: all of it
-    rng : source of all randomness
-    config : how much is kept, and how rough it is
+    storey : the building; if it has a raster, that is the map
+    area : (4, 2) part of the building to select rooms from [m]; None: the whole building
+    rng : random generator
+    config : size and roughness of the clip
     """
     x, y = rng.uniform(-SHIFT_M, SHIFT_M, 2)
     T = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
@@ -78,7 +78,7 @@ def draw_rooms(
     rng: np.random.Generator,
     config: ClipConfig,
 ) -> list[int]:
-    """Draw connected rooms of the storey, all of them with their middles inside ``area``."""
+    """Sample connected rooms of the storey, with centres inside ``area`` if any are."""
     graph = nx.Graph(plan.room_graph())
     if area is not None:
         middles = np.array([room.polygon.mean(axis=0) for room in plan.rooms])
@@ -98,7 +98,7 @@ def draw_rooms(
 
 
 def _shown(grid: GridMap, plan: BuildingPlan, rooms: list[int], A: Affine2D) -> NDArray[np.bool_]:
-    """Return the cells of the rooms, of the walls around them and of their doorways."""
+    """Return the cells (H, W) of the rooms, their doorways and the surrounding walls."""
     outlines = room_outlines(plan, plan.wall_m)
     rings = [outlines[room] for room in rooms]
     rings += [
@@ -108,12 +108,12 @@ def _shown(grid: GridMap, plan: BuildingPlan, rooms: list[int], A: Affine2D) -> 
     ]
     covered = _covered(grid, [A.apply(ring) for ring in rings])
     reach = int(np.ceil(plan.wall_m / grid.resolution))
-    # Beyond a doorway the next room's floor comes into reach; only walls were meant.
+    # Dilation at a doorway also reaches the floor of the next room; keep walls only.
     return np.asarray(covered | (grown(covered, reach) & (grid.cells == OCCUPIED)))
 
 
 def _covered(grid: GridMap, rings: list[NDArray[np.float64]]) -> NDArray[np.bool_]:
-    """Return the cells (H, W) inside any of the rings [m, the grid's frame]."""
+    """Return the cells (H, W) inside any of the rings, given in the grid's frame [m]."""
     raster = np.zeros(grid.shape, np.uint8)
     fill_polygons(raster, [grid.xy_to_rc(ring)[:, ::-1] + 0.5 for ring in rings], 1, True)
     return raster > 0
@@ -122,7 +122,7 @@ def _covered(grid: GridMap, rings: list[NDArray[np.float64]]) -> NDArray[np.bool
 def _half_plane(
     shown: NDArray[np.bool_], rng: np.random.Generator, config: ClipConfig
 ) -> NDArray[np.bool_]:
-    """Return the cells on one side of a random line that cuts a share of ``shown`` away."""
+    """Return the cells on one side of a random line that removes a share of ``shown``."""
     angle = rng.uniform(-np.pi, np.pi)
     rows, cols = np.arange(shown.shape[0]), np.arange(shown.shape[1])
     along = np.cos(angle) * cols[None] + np.sin(angle) * rows[:, None]
@@ -131,7 +131,7 @@ def _half_plane(
 
 
 def _window(grid: GridMap, shown: NDArray[np.bool_]) -> tuple[GridMap, NDArray[np.bool_]]:
-    """Return the part of the grid that holds what is shown, with a border of one cell."""
+    """Crop the grid and the mask ``shown`` to the shown cells plus a border of one cell."""
     rc = np.argwhere(shown)
     low, high = np.maximum(rc.min(axis=0) - 1, 0), rc.max(axis=0) + 2
     part = slice(low[0], high[0]), slice(low[1], high[1])

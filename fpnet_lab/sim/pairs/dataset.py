@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Matching pairs on disk: a folder of ``.npz`` blocks without pickle, and a manifest.
+Storage of matching pairs: a folder of ``.npz`` blocks without pickle, and a manifest.
 
-Each block holds consecutive pairs of one seed as concatenated arrays with row offsets
-(``*_ptr``). Blocks appear complete or not at all, so a folder can be read while others still
-write to it, and writing goes on where it stopped. ``docs/dataset.md`` describes every array.
+Each block contains consecutive pairs of one seed as concatenated arrays with row offsets
+(``*_ptr``). Blocks are written atomically, so a folder can be read while other processes write
+to it, and interrupted writing can resume. ``docs/dataset.md`` describes every array.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from fpnet_lab.sim.pairs.blocks import Block, StoredPair, matching_pair, row_off
 from fpnet_lab.sim.pairs.pair import MatchingPair
 
 DATASET_SCHEMA = 2
-"""Given: version of the block layout; a folder of another version is refused."""
+"""Given: version of the block layout; folders of other versions are rejected."""
 
 MANIFEST = 'manifest.json'
 
 
 def block_path(folder: Path, start: int, size: int) -> Path:
-    """Return the file of the block of ``size`` pairs from ``start`` on."""
+    """Return the path of the block with ``size`` pairs starting at ``start``."""
     return folder / f'pairs-{start:07d}-{size:03d}.npz'
 
 
 def block_size(path: Path | None) -> int:
-    """Return how many pairs a block's file name promises; 0 for None."""
+    """Return the number of pairs according to a block's file name; 0 for None."""
     return 0 if path is None else int(path.stem.rsplit('-', 1)[1])
 
 
 def present_blocks(folder: Path) -> dict[int, Path]:
-    """Return blocks by their first pair; of an extended last block, the longer version."""
+    """Return block paths by first pair; if a block exists in two sizes, the larger one."""
     paths = sorted(folder.glob('pairs-*.npz'), key=block_size)
     return dict(sorted((int(path.stem.split('-')[1]), path) for path in paths))
 
 
 def encode_block(block: Block) -> bytes:
-    """Return a block as the bytes of a ``.npz`` file; equal blocks give equal bytes."""
+    """Encode a block as the bytes of a ``.npz`` file; equal blocks give equal bytes."""
     buffer = io.BytesIO()
     arrays: dict[str, Any] = block
     np.savez_compressed(buffer, **arrays)
@@ -54,20 +54,20 @@ def encode_block(block: Block) -> bytes:
 
 
 def read_block(path: Path) -> Block:
-    """Read a block's arrays."""
+    """Read the arrays of a block."""
     with np.load(path, allow_pickle=False) as file:
         return {name: file[name] for name in file.files}
 
 
 def put_file(path: Path, content: bytes) -> None:
-    """Write a file in one step: nobody sees a part of it."""
+    """Write a file atomically."""
     with replaced(path) as partial:
         partial.write_bytes(content)
 
 
 def write_manifest(folder: Path, count: int, content: dict[str, Any]) -> None:
     """
-    Write what the folder holds, or check that it agrees with what is there already.
+    Write the folder's manifest, or check that it agrees with the existing one.
 
     Raises
     ------
@@ -92,23 +92,23 @@ def _put_manifest(folder: Path, manifest: dict[str, Any]) -> None:
 
 def read_manifest(folder: Path, any_features: bool = False) -> dict[str, Any]:
     """
-    Read a folder's manifest; with ``any_features`` also one of another feature schema.
+    Read a folder's manifest; ``any_features`` also accepts other feature schemas.
 
     Raises
     ------
     ConfigError
-        If it is missing or of another version.
+        If it is missing or has another version.
     """
     try:
         manifest = dict(json.loads((folder / MANIFEST).read_text(encoding='utf-8')))
     except (OSError, ValueError):
         raise ConfigError(
-            f'{folder} holds no readable {MANIFEST}; write pairs with: fpnet simulate pairs'
+            f'{folder} has no readable {MANIFEST}; write pairs with: fpnet simulate pairs'
         ) from None
     if manifest.get('schema') != DATASET_SCHEMA:
         raise ConfigError(
             f'{folder}: schema {manifest.get("schema")}, expected {DATASET_SCHEMA}; '
-            'generate it anew'
+            'generate it again'
         )
     if not any_features and manifest.get('feature_schema') != FEATURE_SCHEMA:
         raise ConfigError(
@@ -119,7 +119,7 @@ def read_manifest(folder: Path, any_features: bool = False) -> dict[str, Any]:
 
 
 def set_feature_schema(folder: Path) -> None:
-    """Note in the manifest that all blocks hold features of the present schema."""
+    """Record in the manifest that all blocks have features of the current schema."""
     manifest = read_manifest(folder, any_features=True)
     _put_manifest(folder, {**manifest, 'feature_schema': FEATURE_SCHEMA})
 
@@ -128,14 +128,14 @@ class PairDataset:
     """
     Read access to a folder of pairs: ``len``, ``[i]`` as arrays, :meth:`pair` as graphs.
 
-    A map-style ``torch.utils.data.Dataset``: give it to a ``DataLoader`` as it is.
-    Sees the blocks that exist on construction; an incomplete folder is as good as a complete
-    one. Blocks are read on first use and kept in memory, about 30 kB per pair.
+    It is a map-style ``torch.utils.data.Dataset`` and can be passed to a ``DataLoader``.
+    It uses the blocks that exist on construction, so an incomplete folder can be read as well.
+    Blocks are read on first use and kept in memory, about 30 kB per pair.
 
     Raises
     ------
     ConfigError
-        If the folder holds no pairs, or was written for another schema.
+        If the folder contains no pairs, or was written with another schema.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -143,13 +143,13 @@ class PairDataset:
         self._paths = list(present_blocks(folder).values())
         if not self._paths:
             raise ConfigError(
-                f'{folder} holds no pairs yet; write them with: fpnet simulate pairs'
+                f'{folder} contains no pairs yet; write them with: fpnet simulate pairs'
             )
         self._first = row_offsets([block_size(path) for path in self._paths])
         self._blocks: dict[int, Block] = {}
 
     def __len__(self) -> int:
-        """Count the pairs."""
+        """Return the number of pairs."""
         return int(self._first[-1])
 
     def __getitem__(self, index: int) -> StoredPair:
@@ -158,7 +158,7 @@ class PairDataset:
         return stored_pair(block, row)
 
     def pair(self, index: int) -> MatchingPair:
-        """Return pair ``index`` with complete region graphs, as matchers take them."""
+        """Return pair ``index`` with complete region graphs, the input of matchers."""
         block, row = self._locate(index)
         return matching_pair(block, row)
 

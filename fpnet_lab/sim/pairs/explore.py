@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a robot that walks through a world raster brings home: its submap."""
+"""Simulation of the submap that a robot builds on a walk through a world raster."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from fpnet_lab.sim.pairs.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.pairs.scan2d import EMPTY, cast_rays, clear_cells
 
 GLASS_PASS = 0.85
-"""Chance that a ray passes glass. Chosen."""
+"""Probability that a ray passes glass. Chosen."""
 
 LINTEL_STANDOFF_M = 1.5
-"""From nearer, the lintel is above a scanner's field of view. Chosen."""
+"""At shorter distances, lintels are above the scanner's field of view. Chosen."""
 
 NARROW_FOV_RAD = (np.pi, 1.5 * np.pi)
-"""Field of view of scanners that only look ahead. Chosen."""
+"""Field of view of forward-looking scanners. Chosen."""
 
 BEYOND_RANGE = 2.0
-"""Rays that end beyond the used range still prove free space up to it, to this factor. Chosen."""
+"""Returns up to this factor of the maximum range still clear space up to it. Chosen."""
 
-_INTO_CELL = 0.25  # numerical: returns lie a little inside the cell that a ray enters
+_INTO_CELL = 0.25  # numerical: depth of a return inside the cell that a ray enters [cells]
 
 
 @dataclass(frozen=True)
 class Scanner:
     """
-    One robot's scanner: ``is_planar`` sees one height only; others see lintels as well.
+    A scanner; if ``is_planar``, it measures at one height only, otherwise lintels as well.
 
-    ``rays`` spread evenly over ``fov_rad``, whose middle points ahead.
+    ``rays`` are evenly spaced over ``fov_rad``, centred on the robot's heading.
     """
 
     is_planar: bool
@@ -52,7 +52,7 @@ class Scanner:
 
 
 def draw_scanner(rng: np.random.Generator, config: ScanConfig) -> Scanner:
-    """Draw a scanner; planar ones are mounted lower, among the legs of tables and chairs."""
+    """Sample a scanner; planar ones are mounted lower, at the height of furniture legs."""
     is_planar = bool(rng.random() < config.planar)
     fov_rad = 2.0 * np.pi
     if is_planar and rng.random() < config.narrow:
@@ -75,15 +75,14 @@ def scan_walk(
     config: ScanConfig,
 ) -> tuple[Submap, SE2] | None:
     """
-    Scan at every position (S, 2) of a walk and accumulate what drifting odometry makes of it.
+    Scan at every position (S, 2) of a walk and accumulate a submap with drifting odometry.
 
-    The robot's own counter carves the rays and decides which cells are free, wall or lintel.
+    The robot's counter traces the rays and classifies cells as free, wall or lintel.
 
     Returns
     -------
-    The submap, in a frame at a random place and angle, and ``T_submap_building``: the rigid
-    transform that fits the true positions to the estimated ones best. None where no ray met
-    anything.
+    The submap in a frame with random position and rotation, and ``T_submap_building``, the
+    least-squares rigid transform from true to estimated positions. None if no ray returned.
     """
     estimated, yaw_error = estimate_walk(xy, rng, config)
     x, y = rng.uniform(-20.0, 20.0, 2)
@@ -101,9 +100,9 @@ def scan_walk(
 @dataclass(frozen=True, eq=False)
 class _Returns:
     """
-    What the rays (S, A) of one height met: ``seen`` is how far they prove free space [m].
+    Returns of the rays (S, A) at one height; ``seen`` is the length of proven free space [m].
 
-    ``is_near`` marks returns within the used range; a ray without any return proves nothing.
+    ``is_near`` marks returns within the maximum range; rays without a return have length 0.
     """
 
     seen: NDArray[np.float64]
@@ -113,7 +112,7 @@ class _Returns:
 def _ray_directions(
     xy: NDArray[np.float64], scanner: Scanner, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return unit vectors (S, A, 2) around the robot's heading along its walk."""
+    """Return unit ray directions (S, A, 2), centred on the robot's heading along its walk."""
     ahead = np.gradient(xy, axis=0) if len(xy) > 1 else np.array([[1.0, 0.0]])
     heading = np.arctan2(ahead[:, 1], ahead[:, 0])
     place = np.arange(scanner.rays) + rng.random((len(xy), scanner.rays))
@@ -122,7 +121,7 @@ def _ray_directions(
 
 
 def _turned(directions: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the directions (S, A, 2) of each scan turned by ``turn (S,)`` [rad]."""
+    """Return the directions (S, A, 2), rotated per scan by ``turn (S,)`` [rad]."""
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     x, y = directions[..., 0], directions[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=2)
@@ -135,7 +134,7 @@ def _measure(
     scanner: Scanner,
     rng: np.random.Generator,
 ) -> list[_Returns]:
-    """Cast all rays at body height and, unless the scanner is planar, above the doors as well."""
+    """Cast all rays at body height and, unless the scanner is planar, at lintel height."""
     starts = world.to_cells(xy)
     reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
     passes = rng.random(directions.shape[:2], dtype=np.float32) < GLASS_PASS
@@ -160,10 +159,10 @@ def _counted(
     cell_m: float,
 ) -> tuple[GridMap, NDArray[np.bool_]] | None:
     """
-    Let the robot's own counter carve what rays from ``xy (S, 2)`` met.
+    Trace the rays from ``xy (S, 2)`` with the robot's counter and return its submap.
 
-    Rays above the doors rise by a metre per metre here, so that they are at the height of lintels
-    from the standoff on.
+    Lintel rays rise by 1 m per metre here, so that they reach lintel height at the standoff
+    distance.
     """
     bands = HeightBands(-np.inf, LINTEL_STANDOFF_M, LINTEL_STANDOFF_M, np.inf, np.inf)
     seen = np.concatenate([met.seen for met in returns], axis=1)
@@ -184,10 +183,10 @@ def fit_rigid(
     true_xy: NDArray[np.float64], estimated_xy: NDArray[np.float64], turn: NDArray[np.float64]
 ) -> SE2:
     """
-    Return the rigid transform that takes true positions (S, 2) to estimated ones best.
+    Return the least-squares rigid transform from true to estimated positions (S, 2).
 
-    Each pose adds two points a metre ahead and beside it, turned by ``turn (S,)``: a single pose
-    then fixes the rotation as well.
+    Each pose adds two points, 1 m ahead and 1 m to the left, rotated by ``turn (S,)`` [rad], so
+    that a single pose also determines the rotation.
     """
     ahead = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     beside = np.stack([-np.sin(turn), np.cos(turn)], axis=1)

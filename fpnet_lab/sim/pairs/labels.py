@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which plan region each submap region really is, from the true transform."""
+"""Ground truth correspondences of submap and plan regions, from the true transform."""
 
 from __future__ import annotations
 
@@ -16,60 +16,60 @@ from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.types import Segmentation
 
 MATCH_OVERLAP = 0.5
-"""Rooms correspond where their overlap covers this much of the smaller one... Chosen."""
+"""Rooms correspond if their overlap covers this share of the smaller room... Chosen."""
 
 MATCH_INSIDE = 0.4
-"""...and this much of the submap's room. Chosen."""
+"""...and this share of the submap's room. Chosen."""
 
 WHOLE_SHARE = 0.85
-"""A submap room that covers less of a plan room is a part of it. Chosen."""
+"""A submap room that covers a smaller share of its plan room is partial. Chosen."""
 
 FOREIGN_OVERLAP = 0.2
-"""A submap room that overlaps no plan room by this much of itself has no partner. Chosen."""
+"""A submap room is unmatched if no plan room overlaps more than this share of it. Chosen."""
 
 SAMPLE_M = 0.15
-"""Numerical: overlaps are counted on a grid about this coarse."""
+"""Numerical: approximate cell size of the grid for counting overlaps."""
 
 DOOR_MATCH_M = 0.6
 DOOR_FOREIGN_M = 1.2
 DOOR_MATCH_RAD = float(np.deg2rad(35.0))
 """
-Doors correspond within this distance and angle, and have no partner beyond the second. Chosen.
+Doors correspond within the first distance and the angle; unmatched beyond the second. Chosen.
 """
 
 
 class Relation(IntFlag):
     """
-    How a submap region and the plan's regions relate; several may hold at once.
+    Relation of a submap region to the plan's regions; several flags may be set.
 
-    A region without any of them and with label ``UNMATCHED`` has nothing in the plan.
+    A region without flags and with label ``UNMATCHED`` has no counterpart in the plan.
     """
 
     MATCHED = 1
-    """The region has a partner: its label."""
+    """The region has a counterpart: its label."""
     PARTIAL = 2
-    """It covers less than :data:`WHOLE_SHARE` of the plan room that it overlaps most."""
+    """It covers less than :data:`WHOLE_SHARE` of the plan room with the largest overlap."""
     SPLIT = 4
-    """It is one of several submap rooms inside one plan room; the largest is the partner."""
+    """One of several submap rooms inside one plan room; the largest one is its match."""
     MERGED = 8
-    """It covers most of more than one plan room; the one that it overlaps most is the partner."""
+    """It covers most of several plan rooms; the one with the largest overlap is its match."""
 
 
 @dataclass(frozen=True, eq=False)
 class Correspondences:
     """
-    The true matches of a pair of segmentations, and what they follow from.
+    Ground truth matches of two segmentations, with the overlaps that determine them.
 
     Parameters
     ----------
     labels : (N,) int64
-        For each submap region its plan region, ``UNMATCHED`` or ``IGNORE``; one-to-one.
+        Plan region of each submap region, or ``UNMATCHED`` or ``IGNORE``; one-to-one.
     relations : (N,) int8
         Flags of :class:`Relation`.
     overlap_pairs : (Q, 2) int64
-        Rooms that share area, columns [plan, sub].
+        Indices of overlapping rooms, columns [plan, sub].
     overlap_m2 : (Q,) float32
-        Their common area [m^2 of the plan].
+        Their common area, in the plan's scale [m^2].
     """
 
     labels: NDArray[np.int64]
@@ -82,10 +82,10 @@ def label_regions(
     plan: Segmentation, sub: Segmentation, A_plan_submap: Affine2D
 ) -> Correspondences:
     """
-    Return which plan region each submap region is.
+    Return the ground truth plan region of each submap region.
 
-    Where the submap splits a plan room, the largest part gets it and the others are ``IGNORE``,
-    as is whatever is neither clearly a partner nor clearly foreign.
+    If the submap splits a plan room, the largest part is matched and the others are ``IGNORE``,
+    like all regions that are neither clearly matched nor clearly unmatched.
     """
     overlap = overlap_m2(plan, sub, A_plan_submap)
     scale = abs(float(np.linalg.det(A_plan_submap.linear)))
@@ -104,7 +104,7 @@ def label_regions(
 def overlap_m2(
     plan: Segmentation, sub: Segmentation, A_plan_submap: Affine2D
 ) -> NDArray[np.float64]:
-    """Return areas (sub rooms, plan rooms) [m^2 of the plan] that rooms have in common."""
+    """Return common areas (sub rooms, plan rooms), in the plan's scale [m^2]."""
     count = len(sub.rooms), len(plan.rooms)
     stride = max(1, round(SAMPLE_M / sub.grid.resolution))
     rc = np.argwhere(sub.labels[::stride, ::stride] > 0) * stride
@@ -133,15 +133,15 @@ def _label_rooms(
     )
     labels[shared > FOREIGN_OVERLAP * sub_area] = IGNORE
     for target in np.unique(best[is_match]).tolist():
-        rivals = np.flatnonzero(is_match & (best == target))
-        labels[rivals[shared[rivals].argmax()]] = target
+        candidates = np.flatnonzero(is_match & (best == target))
+        labels[candidates[shared[candidates].argmax()]] = target
     return labels
 
 
 def _room_relations(
     overlap: NDArray[np.float64], plan_area: NDArray[np.float64], sub_area: NDArray[np.float64]
 ) -> NDArray[np.int8]:
-    """Return PARTIAL, SPLIT and MERGED for each submap room."""
+    """Return the flags PARTIAL, SPLIT and MERGED of each submap room."""
     relations = np.zeros(len(sub_area), dtype=np.int8)
     if not overlap.size:
         return relations

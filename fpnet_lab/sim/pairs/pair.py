@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Matching pairs: a drawing and a partial robot map of one building, with the true answer.
+Matching pairs: a drawing and a partial robot map of one building, with ground truth.
 
-Both sides go through the product's own segmentation and graph features, so that training sees
-what run time sees.
+Both maps use the product's segmentation and graph features, so that training data matches the
+data at run time.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from fpnet_lab.sim.plans.sources import NamedPlan, PlanSource, generated_plans
 from fpnet_lab.sim.types import BuildingPlan
 
 MIN_SUB_REGIONS = 2
-"""Submaps with fewer regions teach nothing; another tour is drawn. Chosen."""
+"""Submaps with fewer regions are useless for training; another tour is sampled. Chosen."""
 
 _ATTEMPTS = 24  # numerical
 _TOURS_PER_STOREY = 6  # chosen
 
-# Given: second word of a pair's seed: what the random numbers are for.
+# Given: element of a pair's seed that separates the random streams.
 _TOUR, _DRAWING = 1, 2
 
 
@@ -50,15 +50,15 @@ class MatchingPair:
 
     Parameters
     ----------
-    plan_graph, sub_graph : the two sides
+    plan_graph, sub_graph : region graphs of the plan and the submap
     sub_labels : (N,) int64
-        For each submap region the index of its plan region, ``UNMATCHED`` or ``IGNORE``.
-    A_plan_submap : the true transform
-    explored_area_m2 : free space that the robot has seen
-    plan_id : the storey; pairs that share it must stay on one side of a split
+        Index of the plan region of each submap region, or ``UNMATCHED`` or ``IGNORE``.
+    A_plan_submap : ground truth transform
+    explored_area_m2 : free space observed by the robot
+    plan_id : storey; pairs with the same id must be in the same dataset split
     family : layout family of a generated storey, name of a given one
-    plan_portals, sub_portals : the openings behind the graphs' edges
-    truth : what the labels follow from; None where nobody kept it
+    plan_portals, sub_portals : openings that form the graphs' edges
+    truth : correspondences that define the labels; None if not stored
     """
 
     plan_graph: RegionGraph
@@ -74,14 +74,14 @@ class MatchingPair:
 
     @property
     def S_plan_submap(self) -> Similarity2D:
-        """Similarity nearest to the true transform over the corners of the submap's regions."""
+        """Least-squares similarity to the true transform at the submap regions' corners."""
         corners = [region.polygon for region in self.sub_graph.regions]
         return nearest_similarity(self.A_plan_submap, np.concatenate(corners))
 
 
 @dataclass(frozen=True, eq=False)
 class MappedPair:
-    """A pair together with the maps it came from, for pictures and tests."""
+    """A pair with its source maps, for figures and tests."""
 
     pair: MatchingPair
     plan: BuildingPlan
@@ -92,10 +92,10 @@ class MappedPair:
 
 def nearest_similarity(A: Affine2D, points: NDArray[np.float64]) -> Similarity2D:
     """
-    Return the similarity that takes ``points (P, 2)`` nearest to where ``A`` takes them.
+    Return the similarity that best approximates ``A`` at ``points (P, 2)``.
 
-    The least squares solution in closed form; for points in one place the one of equal weight in
-    both directions.
+    This is the closed-form least-squares solution. Coincident points are treated as if spread
+    equally in both directions.
     """
     centre = points.mean(axis=0)
     spread = np.cov(points.T, bias=True) if len(points) > 1 else np.zeros((2, 2))
@@ -111,15 +111,15 @@ def generate_pair(
     seed: int, index: int, config: SimConfig | None = None, source: PlanSource | None = None
 ) -> MatchingPair:
     """
-    Return pair ``index`` of the endless sequence that ``seed`` names.
+    Return pair ``index`` of the infinite sequence defined by ``seed``.
 
-    The result depends on ``(seed, index, config, source)`` only, not on what was generated before
-    or by how many processes.
+    The result depends only on ``(seed, index, config, source)``, not on previously generated
+    pairs or the number of processes.
 
     Raises
     ------
     FpnetError
-        If no tour through the storey sees enough of it.
+        If no tour through the storey observes enough regions.
     """
     return generate_mapped_pair(seed, index, config, source).pair
 
@@ -127,7 +127,7 @@ def generate_pair(
 def generate_mapped_pair(
     seed: int, index: int, config: SimConfig | None = None, source: PlanSource | None = None
 ) -> MappedPair:
-    """Return pair ``index`` as :func:`generate_pair` does, with the maps behind it."""
+    """Return pair ``index`` like :func:`generate_pair`, with its source maps."""
     config = config if config is not None else SimConfig()
     if source is None:
         source = generated_plans(config)
@@ -137,7 +137,7 @@ def generate_mapped_pair(
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Keep OpenCV to one thread: its last digits depend on how it shares out an image."""
+    """Limit OpenCV to one thread, because rounding depends on how it splits an image."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
@@ -147,7 +147,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) -> MappedPair:
-    """Return the pair of the first attempt that sees enough."""
+    """Return the pair of the first attempt that observes enough regions."""
     plan_id = source.plan_id(index // config.pairs_per_plan)
     for attempt in range(_ATTEMPTS):
         version = attempt // _TOURS_PER_STOREY
@@ -173,7 +173,7 @@ def _storey(source: PlanSource, seed: int, plan_id: int, version: int) -> NamedP
 def _drawing(
     source: PlanSource, config: SimConfig, seed: int, plan_id: int, version: int, number: int
 ) -> StoreyDrawing:
-    """Return a drawing of a storey; every pair of the same ``number`` gets this one."""
+    """Return a storey's drawing, shared by all pairs with the same ``number``."""
     storey = _storey(source, seed, plan_id, version)
     rng = np.random.default_rng([seed, plan_id, _DRAWING, number, version])
     return draw_storey(storey, rng, config.drawing, config.segmentation)
@@ -186,7 +186,7 @@ def _explore(
     config: SimConfig,
     plan_id: int,
 ) -> MappedPair | None:
-    """Make a robot map, segment and label it; None where too little is seen."""
+    """Generate, segment and label a robot map; return None if it has too few regions."""
     made = _ROBOT_MAPS[config.robot_map](storey, drawing, rng, config)
     if made is None:
         return None
@@ -214,7 +214,7 @@ def _explore(
 def _tour(
     storey: NamedPlan, drawing: StoreyDrawing, rng: np.random.Generator, config: SimConfig
 ) -> tuple[Submap, SE2] | None:
-    """Build the world, walk and scan; None where the robot cannot go anywhere."""
+    """Build the world, walk and scan; return None if the robot fits nowhere."""
     plan = storey.plan
     scanner = draw_scanner(rng, config.scan)
     world = build_world(plan, draw_changes(plan, rng, config.building), scanner.height_m)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What differs between the drawing and the building: doors, walls, furniture, glass."""
+"""Differences between drawing and building: doors, walls, furniture, glass."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from fpnet_lab.sim.pairs.scan2d import EMPTY, GLASS, LINTEL, SOLID
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, ring_of
 
 WORLD_CELL_M = 0.05
-"""Numerical: cell edge of the raster that rays are cast in."""
+"""Numerical: cell edge of the ray casting raster."""
 
 OUTSIDE_M = 6.0
-"""Numerical: how far the world goes on outside, for rays that leave through glass."""
+"""Numerical: margin of the raster outside of the building, for rays through glass."""
 
 MAX_SHIFT_M = 1.5
-"""Doors are drawn at most this far from where they are. Chosen."""
+"""Maximum displacement of a door from its drawn position. Chosen."""
 
 # Chosen, not measured:
 _CORNER_M = 0.25
-_SIDE_M = 0.1  # how far beside its wall a door must open into its rooms
+_SIDE_M = 0.1  # distance from the wall at which a door must be inside its rooms
 
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """How a building differs from its plan: doors, walls and furniture."""
+    """Differences between a building and its plan: doors, walls and furniture."""
 
     doors: tuple[PlanDoor, ...]
     closed: frozenset[int]
@@ -48,10 +48,10 @@ class Changes:
 @dataclass(frozen=True, eq=False)
 class World:
     """
-    A building as rays meet it; rasters (H, W) uint8 of the codes in :mod:`..scan2d`.
+    A building for ray casting; rasters (H, W) uint8 with codes of :mod:`..scan2d`.
 
-    ``body`` is what a level ray at the scanner's height meets; ``high`` what a ray above door
-    height meets, lintels included; ``room_of (H, W) int32`` is the room's index or -1.
+    ``body`` contains the obstacles at the scanner's height, ``high`` those above door height,
+    including lintels; ``room_of (H, W) int32`` is the room index or -1.
     """
 
     body: NDArray[np.uint8]
@@ -60,12 +60,12 @@ class World:
     origin: NDArray[np.float64]
 
     def to_cells(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Map building metres (..., 2) to x, y in cells."""
+        """Convert positions (..., 2) in the building [m] to x, y in cells."""
         return (xy - self.origin) / WORLD_CELL_M
 
 
 def draw_changes(plan: BuildingPlan, rng: np.random.Generator, config: BuildingConfig) -> Changes:
-    """Draw how the building differs from its plan."""
+    """Sample the differences between the building and its plan."""
     share = rng.uniform(*config.closed_doors)
     shut = [i for i, door in enumerate(plan.doors) if not door.is_open and rng.random() < share]
     return Changes(
@@ -77,7 +77,7 @@ def draw_changes(plan: BuildingPlan, rng: np.random.Generator, config: BuildingC
 
 
 def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tuple[PlanDoor, ...]:
-    """Return the doors, a ``share`` of them moved along their walls where that fits."""
+    """Return the doors, with a ``share`` of them moved along their walls where they fit."""
     doors = list(plan.doors)
     for i, door in enumerate(doors):
         if not door.is_open and rng.random() < share:
@@ -91,7 +91,7 @@ def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tu
 
 
 def _is_in_wall(door: PlanDoor, a: Polygon, b: Polygon, wall_m: float) -> bool:
-    """Say whether a door, with a margin at its ends, has one of its rooms on either side."""
+    """Return whether a door, with a margin at its ends, has its two rooms on both sides."""
     normal = door.normal * (wall_m / 2.0 + _SIDE_M)
     ends = door.ends + np.array([-1.0, 1.0])[:, None] * door.along * _CORNER_M
     over, under = shapely.points(ends + normal), shapely.points(ends - normal)
@@ -103,9 +103,9 @@ def _is_in_wall(door: PlanDoor, a: Polygon, b: Polygon, wall_m: float) -> bool:
 
 def build_world(plan: BuildingPlan, changes: Changes, scan_height_m: float) -> World:
     """
-    Rasterise a building for rays at ``scan_height_m`` and for rays above its doors.
+    Rasterize a building for rays at ``scan_height_m`` and for rays above its doors.
 
-    Furniture blocks a level ray where one of its boxes spans the scanner's height; nothing
+    Furniture blocks a horizontal ray if one of its boxes spans the scanner's height. No furniture
     reaches above the doors.
     """
     shell = shell_outlines(plan, plan.wall_m)
@@ -138,7 +138,7 @@ def build_world(plan: BuildingPlan, changes: Changes, scan_height_m: float) -> W
     high[(high != EMPTY) & (body == EMPTY)] = LINTEL
     room_of = np.full((rows, cols), -1, np.int32)
     for i, ring in enumerate(rooms):
-        # Half a cell of wall goes to a room as well, and no polygon has to be shrunk.
+        # Rooms may include half a cell of wall, so polygons need not be shrunk.
         fill_polygons(room_of, [ring], i, keep_thin=True)
     if changes.furniture is not None:
         standing = np.zeros_like(body)

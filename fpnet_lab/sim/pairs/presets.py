@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Named kinds of pair sets, among them those of the paper (section V-A2)."""
+"""Named configurations of pair sets, including those of the paper (section V-A2)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fpnet_lab.sim.plans import BUILDINGS
 from fpnet_lab.sim.population.floors import TUNE_FLOORS
 
 PAPER_PLANS = 500  # given: the paper's synthetic protocol
-PAPER_PAIRS_PER_PLAN = 50  # given: the paper's
+PAPER_PAIRS_PER_PLAN = 50  # given: the paper's synthetic protocol
 
 REPORT_FLOORS = (
     'lab_b_scan',
@@ -29,7 +29,7 @@ REPORT_FLOORS = (
     'office_h',
     'office_i',
 )
-"""The real storeys that figures are reported on; nothing is chosen by them."""
+"""Real storeys of the test split: used for reported results, never for choosing parameters."""
 
 Split = Literal['tune', 'report']
 SPLITS: dict[Split, tuple[str, ...]] = {'tune': TUNE_FLOORS, 'report': REPORT_FLOORS}
@@ -38,10 +38,10 @@ SPLITS: dict[Split, tuple[str, ...]] = {'tune': TUNE_FLOORS, 'report': REPORT_FL
 @dataclass(frozen=True)
 class Preset:
     """
-    A kind of pair set.
+    A configuration of a pair set.
 
-    ``plans`` is how many storeys the generator makes where no floorplans are given, None where
-    the caller says how many pairs; ``needs_plans`` refuses generated storeys.
+    ``plans`` is the number of generated storeys if no floorplans are given; None if the caller
+    sets the number of pairs. ``needs_plans`` requires given floorplans.
     """
 
     config: SimConfig
@@ -49,17 +49,17 @@ class Preset:
     needs_plans: bool = False
 
     def pair_count(self, given_plans: int) -> int | None:
-        """Return the preset's number of pairs for so many given plans, 0 for generated ones."""
+        """Return the number of pairs for ``given_plans`` given plans, 0 for generated ones."""
         if self.plans is None:
             return None
         return (given_plans or self.plans) * self.config.pairs_per_plan
 
 
-# A storey that is its own image when turned has no single right answer: such storeys are for the
-# localizer's tests, which must not claim a pose there.
+# Point-symmetric storeys have no unique correct pose. They are used only in tests that check that
+# the localizer does not accept a pose there.
 _DECIDABLE = tuple(family for family in BUILDINGS if family != 'turned')
 
-# Drawings to scale but for 1 %, because the paper's estimate is a similarity. Chosen.
+# Anisotropic scale of at most 1 %, because the paper estimates a similarity. Chosen.
 _PAPER_DRAWING = DrawingConfig(axis_error=0.01)
 
 # Chosen, not measured:
@@ -81,15 +81,15 @@ PRESETS: dict[str, Preset] = {
     ),
 }
 """
-``default``: generated storeys and ray-cast tours of robots, which fpnet is trained on.
-``paper-synthetic``: 500 generated storeys x 50 parts of their maps with noise and clips.
-``paper-real``: the same sampler over given floorplans, 50 robot maps each. ``paper-challenging``:
-drawings, generated or given, are cut into small areas. Chosen.
+``default``: generated storeys and ray-cast robot tours, the training data of fpnet.
+``paper-synthetic``: 500 generated storeys x 50 partial maps with noise and clips.
+``paper-real``: the same sampler with given floorplans, 50 robot maps each. ``paper-challenging``:
+generated or given drawings, clipped to small areas. Chosen.
 """
 
 
 def preset(name: str) -> Preset:
-    """Return a preset by name; raises ConfigError where there is none."""
+    """Return a preset by name; raise ConfigError if there is none."""
     if name not in PRESETS:
         raise ConfigError(f'no preset {name!r}; expected one of {", ".join(PRESETS)}')
     return PRESETS[name]
@@ -97,7 +97,7 @@ def preset(name: str) -> Preset:
 
 def in_split(plans: Sequence[tuple[str, GridMap]], split: str) -> list[tuple[str, GridMap]]:
     """
-    Return the plans of one half of the labelled real storeys: ``tune`` or ``report``.
+    Return the plans in one split: ``tune`` (development split) or ``report`` (test split).
 
     Raises
     ------

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fast planar ray casting in occupancy rasters, and the walks that robots take through them.
+Fast planar ray casting in occupancy rasters, and shortest walks of robots through them.
 
-Rasters are indexed [row, column] with row 0 at the lowest y; positions are in cells from the
-raster's outer corner, so that cell (r, c) covers [c, c + 1) x [r, r + 1). Shape letters: ``S``
-scans, ``A`` rays of a scan, ``L`` heights that a ray is cast at.
+Rasters are indexed [row, column] with row 0 at the lowest y. Positions are in cells from the
+raster's outer corner: cell (r, c) covers [c, c + 1) x [r, r + 1). Shape letters: ``S`` scans,
+``A`` rays of a scan, ``L`` height layers.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
 """Given: codes of a world raster; a ray passes glass with some probability."""
 
 MISS = -1.0
-"""Given: range of a ray that met nothing within reach."""
+"""Given: range of a ray without a hit within reach."""
 
-# Numerical: shorter leaps cost more than they save [cells].
+# Numerical: shorter leaps are slower than single steps [cells].
 _LEAST_LEAP = 2
-# Numerical: where a ray that is parallel to an axis meets the next line across that axis [cells].
+# Numerical: distance to the next grid line of a ray that is parallel to it [cells].
 _NEVER = 1e18
 
 
 def clear_cells(is_empty: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """
-    Return how many cells (H, W) each cell is from the nearest obstacle, in the maximum norm.
+    Return the distance (H, W) [cells] of each cell to the nearest obstacle, in the maximum norm.
 
-    0 in obstacles, at most 255; ``is_empty (H, W)`` marks where there is none.
+    Values are 0 in obstacles and at most 255; ``is_empty (H, W)`` marks obstacle-free cells.
     """
     cells = cv2.distanceTransform(is_empty.astype(np.uint8), cv2.DIST_C, 3)
     return np.asarray(np.minimum(cells, 255.0), dtype=np.uint8)
@@ -44,18 +44,18 @@ def cast_rays(
     worlds: Any, clear: Any, starts: Any, directions: Any, max_cells: float, glass_pass: Any
 ) -> tuple[Any, Any]:
     """
-    Return ranges (L, S, A) float64 in cells to the first obstacle, and its code (L, S, A) uint8.
+    Return ranges (L, S, A) float64 [cells] to the first obstacle, and codes (L, S, A) uint8.
 
-    Rays that leave the raster or reach ``max_cells`` are ``MISS`` with code ``EMPTY``.
+    Rays that leave the raster or reach ``max_cells`` have range ``MISS`` and code ``EMPTY``.
 
     Parameters
     ----------
-    worlds : (L, H, W) uint8, codes; every ray is cast in each layer
-    clear : (H, W) uint8, :func:`clear_cells` of where all layers are empty
-    starts : (S, 2) float64, x and y in cells, inside the raster and in no obstacle
+    worlds : (L, H, W) uint8, codes; every ray is cast in every layer
+    clear : (H, W) uint8, :func:`clear_cells` of the cells that are empty in all layers
+    starts : (S, 2) float64, x and y in cells, inside the raster and outside of obstacles
     directions : (S, A, 2) float64, unit vectors
-    max_cells : reach of a ray
-    glass_pass : (S, A) bool, which rays pass glass
+    max_cells : maximum range
+    glass_pass : (S, A) bool, marks rays that pass glass
     """
     layers, rows, cols = worlds.shape
     scans, rays = directions.shape[:2]
@@ -74,7 +74,7 @@ def cast_rays(
             space = clear[row, col]
             travelled, open_layers = 0.0, layers
             while open_layers > 0:
-                # No obstacle within the square of this many cells: leap to its rim.
+                # The square of this half width has no obstacle: leap to its border.
                 if space > _LEAST_LEAP:
                     travelled += (space - 1) * leap
                     col, row = int(np.floor(x + travelled * dx)), int(np.floor(y + travelled * dy))
@@ -106,12 +106,12 @@ def cast_rays(
 @njit(cache=True)
 def walk_field(passable: Any, start_row: int, start_col: int) -> tuple[Any, Any]:
     """
-    Return predecessors (H * W,) int32 and lengths (H * W,) float32 of walks from the start.
+    Return predecessors (H * W,) int32 and path lengths (H * W,) float32 from the start.
 
-    Predecessors are flat indices, -1 where the start cannot be reached; the start is its own.
+    Predecessors are flat indices, -1 for unreachable cells; the start is its own predecessor.
     Lengths are in cells, infinite where unreachable.
-    Breadth first with the four straight moves before the diagonal ones, which do not cut
-    corners of ``passable (H, W) bool``.
+    The search is breadth-first, with straight moves before diagonal ones. Diagonal moves do not
+    cut corners of ``passable (H, W) bool``.
     """
     rows, cols = passable.shape
     previous = np.full(rows * cols, -1, np.int32)
@@ -143,7 +143,7 @@ def walk_field(passable: Any, start_row: int, start_col: int) -> tuple[Any, Any]
 
 
 def walk_to(previous: NDArray[np.int32], cols: int, row: int, col: int) -> NDArray[np.int64]:
-    """Return the walk (S, 2) of rows and columns from the field's start to a reached cell."""
+    """Return the path (S, 2) of rows and columns from the field's start to a reached cell."""
     here = row * cols + col
     walk = [here]
     while previous[here] != here:

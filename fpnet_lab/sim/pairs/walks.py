@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a robot goes in a world raster."""
+"""Random walks of a robot in a world raster."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from fpnet_lab.sim.pairs.scan2d import EMPTY, walk_field, walk_to
 
 ROBOT_RADIUS_M = 0.28  # chosen
 WALK_STRIDE = 4
-"""Numerical: world cells per cell of the raster that walks are planned in."""
+"""Numerical: world cells per cell of the path planning raster."""
 
 REACH_M = 7.0
-"""Nearby rooms are visited first: the chance falls by e over this much more way. Chosen."""
+"""Additional path length over which a room's probability falls by a factor of e. Chosen."""
 
 TINY_WALK_ROOMS = 4
 SMALL_WALK_SHARE = (0.1, 0.5)
-"""Most rooms of a tiny walk, and the share of the rooms that a small one visits. Chosen."""
+"""Maximum number of rooms of a tiny walk; range of the share of rooms of a small one. Chosen."""
 
 
 def plan_walk(
@@ -34,10 +34,10 @@ def plan_walk(
     within: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Return positions (S, 2) of scans along a walk from a random start, building metres.
+    Return scan positions (S, 2) along a walk from a random start, frame ``building`` [m].
 
-    The walk visits a random number of rooms, mostly near ones first, and stays inside the convex
-    polygon ``within (V, 2)``, if there is one. Empty where the robot fits nowhere.
+    The walk visits a random number of rooms, preferring nearby ones, and stays inside the convex
+    polygon ``within (V, 2)`` if given. The result is empty if the robot fits nowhere.
     """
     is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
     inside = grown(world.room_of >= 0, 4)
@@ -66,7 +66,7 @@ def _visit_rooms(
     rng: np.random.Generator,
     config: ScanConfig,
 ) -> list[NDArray[np.int64]]:
-    """Return the walks (S, 2) from room to room, rows and columns of the walking raster."""
+    """Return the paths (S, 2) between rooms as rows and columns of the planning raster."""
     cells = np.flatnonzero(room_of.ravel() >= 0)
     if not len(cells):
         return []
@@ -98,7 +98,7 @@ def _visit_rooms(
 
 
 def _draw_room_count(count: int, rng: np.random.Generator, config: ScanConfig) -> int:
-    """Draw how many of ``count`` rooms a walk visits: early maps matter as much as late ones."""
+    """Sample how many of ``count`` rooms a walk visits, from very few to most."""
     draw = rng.random()
     if draw < config.tiny_tours:
         return int(rng.integers(1, TINY_WALK_ROOMS + 1))

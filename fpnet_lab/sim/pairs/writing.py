@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Generating pairs into a folder: in one process, on all cores, or on a Dask cluster."""
+"""Generation of pairs into a folder: in one process, on all cores, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ _CONNECT_S = 10.0  # numerical
 
 @dataclass(frozen=True, eq=False)
 class BlockMaker:
-    """Makes any block of one sequence of pairs; the same bytes in every process."""
+    """Generator of the blocks of one pair sequence, with identical bytes in every process."""
 
     source: PlanSource
     seed: int
     config: SimConfig
 
     def __call__(self, start: int, size: int) -> bytes:
-        """Return the block of ``size`` pairs from ``start`` on."""
+        """Return the encoded block of ``size`` pairs starting at ``start``."""
         indices = range(start, start + size)
         pairs = [generate_pair(self.seed, index, self.config, self.source) for index in indices]
         return encode_block(pack_pairs(pairs))
 
 
 def shard_blocks(count: int, shard: int, num_shards: int) -> dict[int, int]:
-    """Return the sizes of a shard's blocks by their first pair: every ``num_shards``-th one."""
+    """Return block sizes of a shard by first pair; a shard has every ``num_shards``-th block."""
     starts = range(0, count, BLOCK_PAIRS)[shard::num_shards]
     return {start: min(BLOCK_PAIRS, count - start) for start in starts}
 
@@ -72,20 +72,20 @@ def write_pairs(
     cluster: str | None = None,
 ) -> int:
     """
-    Write pairs 0 to ``count`` of ``seed`` that belong to a shard; blocks that exist stay.
+    Write a shard of the first ``count`` pairs of ``seed``; existing blocks are kept.
 
     Parameters
     ----------
-    out_dir : made where it is missing; may hold other shards of the same seed
-    shard, num_shards : write every ``num_shards``-th block from ``shard`` on
-    workers : processes; the pairs do not depend on it
-    on_pairs : called with the number of pairs after each block, also for existing ones
-    source : where storeys come from; None: the generator
-    cluster : address of a Dask scheduler whose workers generate instead; only this process writes
+    out_dir : created if missing; may contain other shards of the same seed
+    shard, num_shards : write every ``num_shards``-th block, starting at block ``shard``
+    workers : number of processes; the pairs do not depend on it
+    on_pairs : callback with the number of pairs of each block, and of all existing blocks
+    source : source of storeys; None: the generator
+    cluster : address of a Dask scheduler whose workers generate; only this process writes files
 
     Returns
     -------
-    Number of pairs written now.
+    Number of pairs written by this call.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def write_pairs(
     if not (count > 0 and 0 <= shard < num_shards and workers > 0):
         raise ConfigError(
             f'cannot write {count} pairs as shard {shard}/{num_shards} with {workers} workers; '
-            'expected a positive count, 0 <= shard < shards, at least one worker'
+            'expected a positive count, 0 <= shard < num_shards and at least one worker'
         )
     config = config if config is not None else SimConfig()
     source = source or generated_plans(config)
@@ -122,7 +122,7 @@ def write_pairs(
 
 
 def _ignore(count: int) -> None:
-    """Stand in for a missing progress callback."""
+    """Do nothing; default progress callback."""
 
 
 _Task = tuple[int, int]
@@ -131,7 +131,7 @@ _Task = tuple[int, int]
 def _made(
     make: BlockMaker, tasks: Sequence[_Task], workers: int, cluster: str | None
 ) -> Iterator[tuple[_Task, bytes]]:
-    """Yield blocks as they are finished, in any order."""
+    """Yield finished blocks in order of completion."""
     if cluster is not None:
         return _on_cluster(make, tasks, cluster)
     return each_done(partial(_make_block, make), tasks, workers)
@@ -164,15 +164,15 @@ def _on_cluster(
 
 
 def _run_task(task: _Task, make: BlockMaker) -> tuple[_Task, bytes]:
-    cv2.setNumThreads(1)  # for good: threads of one worker must not undo it for each other
+    cv2.setNumThreads(1)  # never reset: a worker's threads share this setting
     return task, make(*task)
 
 
 def refresh_features(folder: Path, on_pairs: Callable[[int], None] | None = None) -> int:
     """
-    Compute the features of stored pairs anew, with this version's layout; geometry stays.
+    Recompute the features of stored pairs for the current schema; geometry is unchanged.
 
-    Goes on where it was interrupted.
+    Resumes where a previous call was interrupted.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def refresh_features(folder: Path, on_pairs: Callable[[int], None] | None = None
     Raises
     ------
     ConfigError
-        If the folder is no set of pairs, or its blocks have another layout.
+        If the folder is not a set of pairs, or its blocks have another layout.
     """
     read_manifest(folder, any_features=True)
     report = on_pairs if on_pairs is not None else _ignore

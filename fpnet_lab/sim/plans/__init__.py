@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Random storeys with the statistics of real ones: :func:`generate_plan`."""
+"""Random storeys that follow the statistics of real ones: :func:`generate_plan`."""
 
 from fpnet_lab.sim.plans.generate import BUILDINGS, FAMILIES, generate_plan
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Families made of finished parts: symmetric buildings and disconnected wings."""
+"""Layout families composed of finished parts: symmetric buildings and disconnected wings."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def mirrored(rng: np.random.Generator, style: Style) -> BuildingPlan:
 
 
 def turned(rng: np.random.Generator, style: Style) -> BuildingPlan:
-    """Return two wings that are each other turned by half a turn: it looks the same both ways."""
+    """Return a wing and its copy rotated by 180 degrees: the plan is point-symmetric."""
     half, width = _half(rng, style)
     return _join_halves(half, Affine2D(-np.eye(2), np.zeros(2)), width, 'turned')
 
 
 def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
-    """Return two parts of a building side by side that no door joins on this storey."""
+    """Return two adjacent parts of a building without a connecting door on this storey."""
     parts = []
     for _ in range(2):
         layout = (double_corridor, branched, racetrack)[int(rng.integers(3))]
@@ -48,7 +48,7 @@ def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
 
 
 def _half(rng: np.random.Generator, style: Style) -> tuple[BuildingPlan, float]:
-    """Return a wing whose corridor starts at the origin and runs along +x, and its width [m]."""
+    """Return a wing with a corridor from the origin along +x, and the corridor's width [m]."""
     width, depth = corridor_width(rng), bank_depth(rng, style)
     length = float(max(rng.uniform(14.0, 30.0), depth + width))
     arms = [Arm((0.0, 0.0), (length, 0.0), width, depth, bank_depth(rng, style))]
@@ -66,7 +66,7 @@ def _half(rng: np.random.Generator, style: Style) -> tuple[BuildingPlan, float]:
 
 
 def _join_halves(half: BuildingPlan, A: Affine2D, width_m: float, family: str) -> BuildingPlan:
-    """Join a wing and its image by an opening across the corridor at the origin."""
+    """Join a wing and its image under ``A`` by an opening across the corridor at the origin."""
     image = half.mapped(A, len(half.rooms))
     corridor = next(i for i, room in enumerate(half.rooms) if room.kind == 'corridor')
     side = width_m / 2.0 - half.wall_m / 2.0

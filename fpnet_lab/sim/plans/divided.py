@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Layout families that divide rectangles: suites, flats, houses, open plans with cubicles."""
+"""Layout families that split rectangles: suites, flats, houses, open plans with cubicles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MIN_SIDE_M = 1.9  # chosen
 def bisect(
     rng: np.random.Generator, outline: tuple[float, float, float, float], style: Style
 ) -> list[Polygon]:
-    """Divide a rectangle (x0, y0, x1, y1) into rooms by cutting longer sides again and again."""
+    """Split a rectangle (x0, y0, x1, y1) into rooms by recursively cutting the longer side."""
     x0, y0, x1, y1 = outline
     width, height = x1 - x0, y1 - y0
     target = style.room_side_m**2 * math.exp(2.0 * style.spread * rng.standard_normal())
@@ -38,7 +38,7 @@ def bisect(
 
 
 def house(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Divide a rectangle, sometimes with a corner cut away, into rooms that open to each other."""
+    """Split a rectangle, sometimes without a corner room, into interconnected rooms."""
     size = rng.uniform(12.0, 26.0, 2)
     rooms = [Cell(room) for room in bisect(rng, (0.0, 0.0, size[0], size[1]), style)]
     if len(rooms) > 8 and rng.random() < 0.5:
@@ -50,7 +50,7 @@ def house(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def suites(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a corridor with deep banks whose bays are suites of an anteroom and back rooms."""
+    """Lay out a corridor with deep banks of suites, each an anteroom with back rooms."""
     width, depth = corridor_width(rng), rng.uniform(7.5, 11.0)
     length = rng.uniform(26.0, 60.0)
     other = depth if rng.random() < 0.6 else bank_depth(rng, style)
@@ -75,7 +75,7 @@ def _bay(x0: float, x1: float, y0: float, y1: float) -> tuple[float, float, floa
 def _front_and_back(
     rng: np.random.Generator, bay: tuple[float, float, float, float]
 ) -> list[Polygon]:
-    """Divide a bay parallel to the corridor; a wide bay's back is divided once more."""
+    """Split a bay parallel to the corridor; the back of a wide bay is split once more."""
     x0, y0, x1, y1 = bay
     front = rng.uniform(0.35, 0.6) * (y1 - y0)
     y = y0 + front if y0 > 0.0 else y1 - front
@@ -91,7 +91,7 @@ def _front_and_back(
 
 
 def apartments(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a corridor with flats of several rooms around an own hallway on both sides."""
+    """Lay out a corridor with flats on both sides, each with several rooms around a hallway."""
     width, depth = rng.uniform(1.5, 2.2), rng.uniform(8.0, 11.5)
     count = int(rng.integers(2, 5))
     length = count * rng.uniform(8.5, 13.0)
@@ -109,7 +109,7 @@ def apartments(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def _flat(rng: np.random.Generator) -> list[Cell]:
-    """Return a flat on the unit square: a hallway from the entrance (y = 0), rooms around it."""
+    """Return a flat on the unit square: a hallway from the entrance at y = 0 and its rooms."""
     x, hall, deep = rng.uniform(0.35, 0.6), rng.uniform(0.12, 0.18), rng.uniform(0.55, 0.75)
     left = np.sort(rng.uniform(0.3, 0.7, int(rng.integers(1, 3)))) * deep
     right = np.sort(rng.uniform(0.3, 0.7, int(rng.integers(1, 3)))) * deep
@@ -128,7 +128,7 @@ def _flat(rng: np.random.Generator) -> list[Cell]:
 def _place_flat(
     flat: list[Cell], x: float, size: NDArray[np.float64], side: float, y: float, group: int
 ) -> list[Cell]:
-    """Scale a unit flat to ``size`` and put it at the corridor's upper or lower side."""
+    """Scale a unit flat to ``size`` and place it on the corridor's upper or lower side."""
     placed = []
     for cell in flat:
         ring = shapely.get_coordinates(cell.polygon.exterior) * size
@@ -138,7 +138,7 @@ def _place_flat(
 
 
 def open_plan(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a large hall with islands of cubicles and a bank of rooms along two or three sides."""
+    """Lay out a large hall with cubicle islands and banks of rooms along one to three sides."""
     hall = np.array([rng.uniform(18.0, 34.0), rng.uniform(11.0, 18.0)])
     depth, half = bank_depth(rng, style), hall[1] / 2.0
     below = depth if rng.random() < 0.6 else 0.0

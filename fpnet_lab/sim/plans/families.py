@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Layout families made of corridors and banks; every function returns the cells of a storey."""
+"""Layout families of corridors and banks of rooms; each returns the cells of a storey."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ CORRIDOR_WIDTHS_M = (1.6, 3.0)
 BANK_DEPTHS_M = (2.6, 8.5)
 BANK_SPREAD = 0.25
 """
-Standard deviation of the logarithm of a bank's depth over the side of a typical room. Fitted by
-hand to the tune half (docs/simulator.md).
+Standard deviation of the logarithm of a bank's depth relative to the side of a typical room.
+Fitted by hand to the development split (docs/simulator.md).
 """
 
 
 def corridor_width(rng: np.random.Generator) -> float:
-    """Draw the width of a corridor [m]."""
+    """Sample the width of a corridor [m]."""
     return float(rng.uniform(*CORRIDOR_WIDTHS_M))
 
 
 def bank_depth(rng: np.random.Generator, style: Style) -> float:
-    """Draw the depth of a bank of rooms [m]: a typical room is about as deep as wide."""
+    """Sample the depth of a bank of rooms [m]: a typical room is about square."""
     depth = style.room_side_m * math.exp(BANK_SPREAD * rng.standard_normal())
     return float(np.clip(depth, *BANK_DEPTHS_M))
 
 
 def double_corridor(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay one straight corridor with rooms on both sides, rarely on one."""
+    """Lay out one straight corridor with rooms on both sides, rarely on one."""
     length, left, right = rng.uniform(28.0, 80.0), bank_depth(rng, style), bank_depth(rng, style)
     right *= rng.random() < 0.9
     foot, cap = (bank_depth(rng, style) * float(rng.random() < 0.4) for _ in range(2))
@@ -43,7 +43,7 @@ def double_corridor(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def racetrack(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a loop of corridors around a core of rooms or a courtyard."""
+    """Lay out a loop of corridors around a core of rooms or a courtyard."""
     width, outer = corridor_width(rng), bank_depth(rng, style)
     x, y = float(rng.uniform(22.0, 55.0)), float(rng.uniform(13.0, 30.0))
     inner = min(bank_depth(rng, style), (y - width) / 2.0)
@@ -67,12 +67,12 @@ def racetrack(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def branched(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a spine with one to four wings: L, T, comb, H, at right angles."""
+    """Lay out a spine with one to four perpendicular wings: L, T, comb or H shapes."""
     return _spine_with_wings(rng, style, lambda: np.pi / 2.0)
 
 
 def diagonal(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a spine with wings that leave at 35 to 75 degrees."""
+    """Lay out a spine with wings that branch off at 35 to 75 degrees."""
     angle = float(np.deg2rad(rng.uniform(35.0, 75.0)))
     return _spine_with_wings(rng, style, lambda: angle if rng.random() < 0.5 else np.pi - angle)
 
@@ -99,7 +99,7 @@ def _spine_with_wings(
 
 
 def central_hall(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay rooms around a hall, with corridors that leave it."""
+    """Lay out rooms around a hall, with corridors leading away from it."""
     width, depth = corridor_width(rng), bank_depth(rng, style)
     hall = np.array([rng.uniform(9.0, 22.0), rng.uniform(7.0, 13.0)])
     arms = [Arm((-hall[0] / 2.0, 0.0), (hall[0] / 2.0, 0.0), hall[1], depth, depth, kind='hall')]
@@ -124,7 +124,7 @@ def central_hall(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def ring_polygon(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a loop along a regular polygon of five, six or eight sides."""
+    """Lay out a corridor loop along a regular polygon of five, six or eight sides."""
     sides, width, depth = (
         int(rng.choice([5, 5, 6, 8])),
         corridor_width(rng),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From cells to a building: wall thickness, doors, and only rooms that can be reached."""
+"""Conversion of cells to a building: wall thickness, doors, removal of unreachable rooms."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom, ring_of
 DOOR_WIDTH_QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 DOOR_WIDTHS_M = (0.75, 0.8, 0.9, 0.95, 1.2, 2.0, 2.4)
 """
-Width of doors in buildings of mixed doors; see docs/simulator.md for what comes out. Fitted by
-hand to the tune half, as `fpnet bench simulator` counts it (docs/simulator.md).
+Door widths of buildings with mixed doors; docs/simulator.md shows the resulting distribution.
+Fitted by hand to the development split as counted by `fpnet bench simulator`.
 """
 
 CORNER_GAP_M = 0.25
-"""Doors keep at least this distance from the corners of their rooms. Chosen."""
+"""Minimum distance between a door and the corners of its rooms. Chosen."""
 
 INTO_ROOM_SHARE = 0.9
 """
-Share of leaves that open into the smaller of the two rooms, out of the way of others. Chosen.
+Share of leaves that open into the smaller of the two rooms, out of the traffic. Chosen.
 """
 
 # Chosen, not measured:
@@ -40,7 +40,7 @@ _TRIES = 12  # numerical
 
 @dataclass(frozen=True)
 class _Joint:
-    """Two cells that share a line, and how gladly a door is put there (smaller is better)."""
+    """A line shared by two cells, with the cost of placing a door there."""
 
     cells: tuple[int, int]
     line: LineString
@@ -49,11 +49,11 @@ class _Joint:
 
 def finish(rng: np.random.Generator, cells: list[Cell], style: Style, family: str) -> BuildingPlan:
     """
-    Turn a tiling into a building in which every room is reachable.
+    Convert a tiling to a building in which every room is reachable.
 
-    Doors are a minimum spanning tree over shared walls (rooms prefer corridors, flats prefer
+    Doors form a minimum spanning tree over shared walls (rooms prefer corridors, flats prefer
     their own rooms), plus openings between corridor pieces, second doors of large rooms and a
-    few room-to-room doors. Cells that no door can reach become solid.
+    few room-to-room doors. Unreachable cells become solid.
     """
     rooms = [_room_outline(cell, style.wall_m) for cell in cells]
     kept = [i for i, room in enumerate(rooms) if room is not None]
@@ -75,7 +75,7 @@ def _room_outline(cell: Cell, wall_m: float) -> Polygon | None:
 
 
 def _joints(rng: np.random.Generator, cells: list[Cell], style: Style) -> list[_Joint]:
-    """Find the shared lines of neighbouring cells: all between corridors, else the longest."""
+    """Return lines shared by neighbouring cells: all between corridors, otherwise the longest."""
     polygons = [cell.polygon for cell in cells]
     tree = STRtree(polygons)
     grown = [polygon.buffer(2.0 * SNAP_M, join_style='mitre') for polygon in polygons]
@@ -110,7 +110,7 @@ def _cost(a: Cell, b: Cell) -> float:
 
 
 class _DoorPlacer:
-    """Chooses which joints get doors, and where along the wall."""
+    """Selection of the joints that get doors, and of the doors' positions along the wall."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class _DoorPlacer:
         self._habit = rng.random()
 
     def place(self, joints: list[_Joint]) -> list[PlanDoor]:
-        """Return the doors of a spanning forest and the extra ones."""
+        """Return the doors of a spanning forest and the extra doors."""
         doors: list[PlanDoor] = []
         connected = nx.utils.UnionFind(range(len(self._cells)))
         spare = []
@@ -155,13 +155,13 @@ class _DoorPlacer:
         return self._style.room_to_room
 
     def _opening(self, joint: _Joint) -> PlanDoor | None:
-        """Open the whole shared line between two pieces of one corridor."""
+        """Return an opening over the whole line shared by two pieces of one corridor."""
         half = self._style.wall_m / 2.0
         ends = _span(joint.line, half, float(joint.line.length) - half)
         return PlanDoor(joint.cells, ends, is_open=True) if ends is not None else None
 
     def _door(self, joint: _Joint) -> PlanDoor | None:
-        """Put a door on the shared line, clear of corners; None where it does not fit."""
+        """Return a door on the shared line, clear of corners, or None if it does not fit."""
         margin = CORNER_GAP_M + self._style.wall_m / 2.0
         room_for = float(joint.line.length) - 2.0 * margin
         width = self._style.door_width_m or float(
@@ -177,11 +177,11 @@ class _DoorPlacer:
             start = margin + self._fraction(attempt) * (room_for - width)
             ends = _span(joint.line, start, start + width)
             if ends is not None and self._is_clear(joint.cells, ends):
-                return self._hung(joint, ends, is_hinged_first=2.0 * start < room_for - width)
+                return self._hinged(joint, ends, is_hinged_first=2.0 * start < room_for - width)
         return None
 
-    def _hung(self, joint: _Joint, ends: NDArray[np.float64], is_hinged_first: bool) -> PlanDoor:
-        """Hang the leaf at the end nearer to a corner; it mostly opens into the smaller room."""
+    def _hinged(self, joint: _Joint, ends: NDArray[np.float64], is_hinged_first: bool) -> PlanDoor:
+        """Return a door hinged near the closer corner that mostly opens into the smaller room."""
         a, b = (self._cells[i].polygon.area for i in joint.cells)
         is_usual = self._rng.random() < INTO_ROOM_SHARE
         return PlanDoor(
@@ -192,7 +192,7 @@ class _DoorPlacer:
         )
 
     def _fraction(self, attempt: int) -> float:
-        """Where along the wall: architects put most doors near a corner."""
+        """Return the door's relative position along the wall; most doors are near a corner."""
         if self._style.is_uniform and attempt == 0:
             return self._habit
         draw = self._rng.random()
@@ -201,7 +201,7 @@ class _DoorPlacer:
         return float(0.1 * draw if self._rng.random() < 0.5 else 1.0 - 0.1 * draw)
 
     def _is_clear(self, cells: tuple[int, int], ends: NDArray[np.float64]) -> bool:
-        """Say whether both sides of the door, and a little to its left and right, are room."""
+        """Return whether both sides of the door, widened by the corner gap, lie in its rooms."""
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         normal = np.array([-along[1], along[0]])
         reach = self._style.wall_m / 2.0 + 0.1
@@ -218,7 +218,7 @@ class _DoorPlacer:
 
 
 def _span(line: LineString, start_m: float, end_m: float) -> NDArray[np.float64] | None:
-    """Return the chord (2, 2) over an arc length interval; None where the line bends away."""
+    """Return the chord (2, 2) over an arc length interval, or None if the line is curved."""
     chord = LineString([line.interpolate(start_m), line.interpolate(end_m)])
     middle = line.interpolate((start_m + end_m) / 2.0)
     if chord.length < 0.98 * (end_m - start_m) or chord.distance(middle) > 0.05:
@@ -233,7 +233,7 @@ def _reachable_part(
     style: Style,
     family: str,
 ) -> BuildingPlan:
-    """Keep the largest set of rooms that doors join, renumbered."""
+    """Return the building of the largest connected set of rooms, renumbered."""
     graph = nx.Graph()
     graph.add_nodes_from(range(len(cells)))
     graph.add_edges_from(door.rooms for door in doors)

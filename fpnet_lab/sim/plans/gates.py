@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doors to the outside: entrances and gates in outer walls."""
+"""Outside doors: entrances and gates in outer walls."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 # Chosen, not measured:
 _WIDTHS_M = (0.9, 1.0, 1.2, 1.6, 2.0)
 _GATES_M = (2.4, 3.0, 4.0, 5.0)
-_LONG_WALL_M = 12.0  # gates are in such walls
+_LONG_WALL_M = 12.0  # only longer walls get gates
 _CORNER_M = 0.35
-_BEYOND_M = (0.7, 1.6)  # outside the wall so far nothing is built
+_BEYOND_M = (0.7, 1.6)  # these distances in front of the door must be outside of the building
 _TRIES = 40  # numerical
 
 
 def with_gates(rng: np.random.Generator, plan: BuildingPlan, count: int) -> BuildingPlan:
-    """Return the plan with up to ``count`` doors to the outside, clear of windows' places."""
+    """Return the plan with up to ``count`` outside doors that do not collide with windows."""
     walls = [
         (number, ring[i], ring[(i + 1) % len(ring)])
         for number, room in enumerate(plan.rooms)
@@ -58,7 +58,7 @@ def _with_doors(
 def _door_in(
     rng: np.random.Generator, number: int, a: Array, b: Array, wall_m: float
 ) -> PlanDoor | None:
-    """Return a door in a room's wall from ``a`` to ``b`` (2,), None where it does not fit."""
+    """Return a door in a room's wall from ``a`` to ``b`` (2,), or None if it does not fit."""
     length = float(np.linalg.norm(b - a))
     is_gate = length > _LONG_WALL_M and rng.random() < 0.5
     width = float(rng.choice(_GATES_M if is_gate else _WIDTHS_M))
@@ -88,7 +88,7 @@ def _is_free(door: PlanDoor, built: shapely.Geometry, others: list[PlanDoor]) ->
 
 
 def reaching(plan: BuildingPlan, outer_m: float) -> BuildingPlan:
-    """Return the plan whose doors to the outside go through outer walls of ``outer_m``."""
+    """Return the plan with outside doors that pass through outer walls of ``outer_m`` [m]."""
     if not any(door.is_outside for door in plan.doors):
         return plan
     return replace(

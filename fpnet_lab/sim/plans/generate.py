@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Draws a family, an architect's style and a storey."""
+"""Random generation of a storey: its layout family, its style and its rooms."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Family = Callable[[np.random.Generator, Style], BuildingPlan]
 
 
 def _from_cells(name: str, layout: Callable[[np.random.Generator, Style], list[Cell]]) -> Family:
-    """Wrap a layout of cells: roughen it as people do over the years, then build it."""
+    """Wrap a cell layout: apply irregular changes to its rooms, then build it."""
 
     def family(rng: np.random.Generator, style: Style) -> BuildingPlan:
         cells = layout(rng, style)
@@ -52,20 +52,20 @@ BUILDINGS: dict[str, Family] = {
     'turned': composed.turned,
     'disconnected': composed.disconnected,
 }
-"""Layout families that are drawn where none is asked for, by name."""
+"""Layout families that are sampled by default, by name."""
 
 FAMILIES = BUILDINGS | {'home': homes.home, 'practice': homes.practice}
-"""Every layout family by name."""
+"""All layout families by name."""
 
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
 """
-Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all. Fitted
-by hand to the tune half (docs/simulator.md).
+Shares of neighbouring rooms with a connecting door: few in most buildings, nearly all in some.
+Fitted by hand to the development split (docs/simulator.md).
 """
 
 DOOR_HABITS_M = (0.8, 0.9, 0.9, 0.95, 0.95, 1.0, 1.4)
 """
-Door widths of buildings whose doors are all alike. Fitted by hand to the tune half
+Door widths of buildings with a single door width. Fitted by hand to the development split
 (docs/simulator.md).
 """
 
@@ -82,20 +82,20 @@ def generate_plan(
     families: Sequence[str] = (),
 ) -> BuildingPlan:
     """
-    Return a random storey in which every room can be reached (but 'disconnected' has two parts).
+    Return a random storey with all rooms reachable ('disconnected' consists of two parts).
 
     Parameters
     ----------
-    rng : source of all randomness; equal generators give equal plans
-    family : a key of :data:`FAMILIES`; None draws one of ``families``
-    min_rooms, max_rooms : bounds of the number of rooms, corridors included
-    max_area_m2 : bound of the floor area of all rooms together; None: any
-    families : what is drawn from; empty: all but homes
+    rng : random generator; equal generators give equal plans
+    family : a key of :data:`FAMILIES`; None samples one of ``families``
+    min_rooms, max_rooms : bounds of the number of rooms, including corridors
+    max_area_m2 : upper bound of the total floor area of all rooms; None: unbounded
+    families : families to sample from; empty: all of :data:`BUILDINGS`
 
     Raises
     ------
     ConfigError
-        If the family is unknown, or so many rooms do not fit into the area or the family.
+        If the family is unknown, or the rooms do not fit into the area or the family.
     """
     wanted = list(families or BUILDINGS) if family is None else [family]
     _check_request(wanted, min_rooms, max_rooms, max_area_m2)
@@ -116,21 +116,21 @@ def generate_plan(
 def _check_request(
     wanted: Sequence[str], min_rooms: int, max_rooms: int, max_area_m2: float | None
 ) -> None:
-    """Refuse what no storey can be."""
+    """Raise ConfigError if no storey can meet the request."""
     for family in wanted:
         if family not in FAMILIES:
-            raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+            raise ConfigError(f'unknown family {family!r}; expected one of {", ".join(FAMILIES)}')
     if min_rooms > max_rooms:
-        raise ConfigError(f'{min_rooms} to {max_rooms} rooms is no range; swap the bounds')
+        raise ConfigError(f'min_rooms {min_rooms} exceeds max_rooms {max_rooms}; swap the bounds')
     if max_area_m2 is not None and min_rooms * MIN_CELL_AREA_M2 > max_area_m2:
         raise ConfigError(
-            f'{min_rooms} rooms do not fit into {max_area_m2:g} m²: the smallest room takes '
-            f'{MIN_CELL_AREA_M2:g} m²; ask for fewer rooms or more area'
+            f'{min_rooms} rooms do not fit into {max_area_m2:g} m²: the smallest room needs '
+            f'{MIN_CELL_AREA_M2:g} m²; request fewer rooms or a larger area'
         )
 
 
 def draw_style(rng: np.random.Generator) -> Style:
-    """Draw the habits of one building's architect."""
+    """Sample the design parameters of one building."""
     is_uniform = bool(rng.random() < 0.15)
     return Style(
         wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35])),

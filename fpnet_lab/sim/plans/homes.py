@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Small storeys: homes, and practices that are laid out as homes are but are larger all over."""
+"""Small storeys: homes, and practices, which have the same layout at a larger size."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fpnet_lab.sim.plans.roughen import roughen
 from fpnet_lab.sim.types import BuildingPlan
 
 WALLS_M = (0.08, 0.1, 0.12, 0.15, 0.2)
-"""Partition walls: boards, brick, concrete. Chosen."""
+"""Thickness of partition walls: boards, brick, concrete. Chosen."""
 
 _ROOM_SPREAD = 0.2  # chosen: standard deviation of the logarithm of a room's width
 
 
 @dataclass(frozen=True)
 class _Habits:
-    """How large things are [m]: ranges, but for doors, of which a storey has one width."""
+    """Ranges of sizes [m]; a storey uses one door width out of ``doors``."""
 
     doors: tuple[float, ...]
     depth: tuple[float, float]
@@ -34,15 +34,15 @@ class _Habits:
     bath: tuple[float, float]
     aspect: tuple[float, float] = (1.0, 1.7)
     hall_share: tuple[float, float] = (0.3, 0.5)  # of the length
-    divided: float = 0.0  # share of storeys without a hallway, whose rooms open to each other
+    divided: float = 0.0  # share of storeys without a hallway, with interconnected rooms
 
 
-# Chosen: studios of 35 to bungalows of 150 square metres; leaves of doors of 0.76 to 0.96 m.
+# Chosen: from studios of 35 to bungalows of 150 square metres; door leaves of 0.76 to 0.96 m.
 _HOME = _Habits(
     doors=(0.7, 0.75, 0.8, 0.8, 0.85, 0.9), depth=(6.0, 11.5), hallway=(1.1, 1.7), room=3.4,
     bath=(1.7, 2.6), divided=0.3,
 )  # fmt: skip
-# Chosen: doctors, lawyers and branches in 80 to 300 square metres.
+# Chosen: medical practices, law firms and branch offices of 80 to 300 square metres.
 _PRACTICE = _Habits(
     doors=(0.85, 0.9, 0.9, 0.95, 1.0), depth=(9.0, 15.0), hallway=(1.5, 2.4), room=4.6,
     bath=(2.2, 3.6), aspect=(1.2, 2.0), hall_share=(0.0, 0.4),
@@ -50,12 +50,12 @@ _PRACTICE = _Habits(
 
 
 def home(rng: np.random.Generator, style: Style) -> BuildingPlan:
-    """Lay a flat or a small house of one storey."""
+    """Lay out a flat or a small single-storey house."""
     return _laid(rng, style, _HOME, 'home')
 
 
 def practice(rng: np.random.Generator, style: Style) -> BuildingPlan:
-    """Lay a small office or a doctor's practice."""
+    """Lay out a small office or a doctor's practice."""
     return _laid(rng, style, _PRACTICE, 'practice')
 
 
@@ -81,12 +81,12 @@ def _laid(rng: np.random.Generator, style: Style, habits: _Habits, family: str) 
 def _around_a_hallway(
     rng: np.random.Generator, length: float, depth: float, habits: _Habits
 ) -> list[Cell]:
-    """Lay a hallway between two banks of rooms; the largest room takes one end of it all."""
+    """Lay out a hallway between two banks of rooms, with the largest room across one end."""
     width = float(rng.uniform(*habits.hallway))
     end = length * (1.0 - float(rng.uniform(*habits.hall_share)))
     low = float(rng.uniform(0.3, 0.55)) * (depth - width)
     living = shapely.box(end, 0.0, length, depth)
-    if rng.random() < 0.5:  # the kitchen is cut off it
+    if rng.random() < 0.5:  # separate kitchen
         living = shapely.box(end, 0.0, length, low + width)
     cells = [
         Cell(shapely.box(0.0, low, end, low + width), 'corridor'),
@@ -100,7 +100,7 @@ def _around_a_hallway(
 
 
 def _stops(rng: np.random.Generator, length: float, habits: _Habits) -> list[float]:
-    """Return where the walls of a bank of rooms and one small one stand."""
+    """Return the wall positions along a bank of rooms that includes one small bathroom."""
     bath = float(rng.uniform(*habits.bath))
     rest = max(length - bath, 0.0)
     room = habits.room * math.exp(_ROOM_SPREAD * rng.standard_normal())

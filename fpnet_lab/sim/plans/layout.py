@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Cells: the tiling of a storey before walls get thickness.
+Cells: the tiling of a storey before walls are given a thickness.
 
-A layout family cuts the storey into cells that touch along shared lines. Everything after that
-(wall thickness, doors, reachability) is common to all families, see
+A layout family splits the storey into cells that touch along shared lines. All later steps
+(wall thickness, doors, reachability) are the same for every family, see
 :mod:`fpnet_lab.sim.plans.finish`.
 """
 
@@ -23,13 +23,13 @@ Kind = Literal['room', 'corridor', 'hall']
 Warp = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SNAP_M = 0.005
-"""Numerical: gaps up to twice this between touching cells are closed when cells are united."""
+"""Numerical: gaps up to twice this value between touching cells are closed by a union."""
 
-_BENT_STEP_M = 0.6  # numerical: between the points of edges that are bent
+_BENT_STEP_M = 0.6  # numerical: point spacing along warped edges
 
 MIN_CELL_AREA_M2 = 3.0
 MIN_CELL_WIDTH_M = 1.5
-"""Smaller or thinner cells are absorbed by a neighbour: nobody builds such rooms. Chosen."""
+"""Smaller or narrower cells are merged into a neighbour, as too small for a room. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,8 @@ class Cell:
     """
     One piece of the tiling, in metres.
 
-    ``group`` names the suite or flat that the cell belongs to (-1: none): rooms of a group are
-    joined among themselves first and share an entrance.
+    ``group`` is the number of the cell's suite or flat (-1: none). Rooms of a group are
+    connected to each other first and share an entrance.
     """
 
     polygon: Polygon
@@ -47,19 +47,19 @@ class Cell:
 
     @property
     def is_circulation(self) -> bool:
-        """True for corridors and halls, through which other rooms are reached."""
+        """Whether the cell is a corridor or a hall, which give access to other rooms."""
         return self.kind != 'room'
 
 
 @dataclass(frozen=True)
 class Style:
     """
-    Habits of one building's architect.
+    Design parameters of one building.
 
     ``room_side_m`` is the side of a typical square room, ``spread`` the standard deviation of
-    the logarithm of its aspect;
-    ``is_uniform`` repeats one room size and one door position; the probabilities say how often
-    neighbouring rooms are joined directly and how often a large room gets a second door.
+    the logarithm of its aspect ratio. ``is_uniform`` repeats one room size and one door position.
+    ``room_to_room`` is the probability of a door between neighbouring rooms, ``second_door`` that
+    of a second door of a large room.
     """
 
     wall_m: float = 0.15
@@ -72,12 +72,12 @@ class Style:
 
 
 def polygons_of(geometry: shapely.Geometry) -> list[Polygon]:
-    """Return the polygons inside any geometry, without its points and lines."""
+    """Return the polygons of any geometry, without its points and lines."""
     return [g for g in shapely.get_parts(geometry).tolist() if isinstance(g, Polygon)]
 
 
 def unite(a: Polygon, b: Polygon) -> Polygon | None:
-    """Return the union of two touching cells, or None where they do not touch."""
+    """Return the union of two touching cells, or None if it is not one polygon without holes."""
     grown = shapely.union(
         a.buffer(SNAP_M, join_style='mitre'), b.buffer(SNAP_M, join_style='mitre')
     )
@@ -91,14 +91,14 @@ def shared_length(a: Polygon, b: Polygon) -> float:
 
 
 def is_too_small(polygon: Polygon) -> bool:
-    """Say whether a cell is below the size of the smallest sensible room."""
+    """Return whether a cell is smaller than the smallest plausible room."""
     return bool(
         polygon.area < MIN_CELL_AREA_M2 or polygon.buffer(-MIN_CELL_WIDTH_M / 2.0).is_empty
     )
 
 
 def absorb_slivers(cells: list[Cell]) -> list[Cell]:
-    """Merge rooms that are too small into the neighbour they share most of their outline with."""
+    """Merge each room that is too small into the neighbour with the longest shared wall."""
     kept = list(cells)
     queue = [cell for cell in kept if not cell.is_circulation and is_too_small(cell.polygon)]
     while queue:
@@ -133,7 +133,7 @@ def _absorbing_neighbour(cell: Cell, cells: list[Cell]) -> Cell | None:
 
 
 def cut_holes(polygon: Polygon) -> list[Polygon]:
-    """Cut a polygon by axis-parallel lines through its holes until no piece has a hole."""
+    """Split a polygon along axis-parallel lines through its holes until no piece has a hole."""
     pieces, done = [polygon], []
     while pieces:
         piece = pieces.pop()
@@ -152,7 +152,7 @@ def cut_holes(polygon: Polygon) -> list[Polygon]:
 
 
 def warp_cells(cells: list[Cell], warp: Warp) -> list[Cell]:
-    """Map cells through a smooth ``warp`` of points (V, 2) -> (V, 2), with bent edges."""
+    """Transform cells by a smooth ``warp`` of points (V, 2) -> (V, 2); edges become curved."""
     warped = []
     for cell in cells:
         ring = shapely.get_coordinates(cell.polygon.exterior.segmentize(_BENT_STEP_M))
@@ -161,7 +161,7 @@ def warp_cells(cells: list[Cell], warp: Warp) -> list[Cell]:
 
 
 def clip_cells(cells: list[Cell], outline: Polygon) -> list[Cell]:
-    """Keep the largest part of each cell inside ``outline``."""
+    """Return each cell's largest part inside ``outline``, after merging cells too small."""
     clipped = []
     for cell in cells:
         parts = polygons_of(cell.polygon.intersection(outline))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What makes rooms less regular: closets, traded corners, shafts, joined rooms."""
+"""Random irregularities of rooms: closets, exchanged corners, shafts, merged rooms."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ TRADE_SHARE = 0.07
 SHAFT_SHARE = 0.06
 JOIN_SHARE = 0.02
 """
-How many of the rooms each change touches. Fitted by hand to the tune half (docs/simulator.md).
+Shares of affected rooms. Fitted by hand to the development split (docs/simulator.md).
 """
 
 SHAFT_SIDE_M = (0.5, 1.4)
 CORNER_SIDE_M = (1.7, 2.7)
-"""Sides of a toilet or a store in the corner of a room. Chosen."""
+"""Side lengths of a toilet or a closet in the corner of a room. Chosen."""
 MIN_DIVISIBLE_M2 = 11.0
 MAX_CLOSET_ASPECT = 2.2
-"""Nobody divides a room into strips longer than this times their width. Chosen."""
+"""Largest aspect ratio of a piece of a divided room. Chosen."""
 
 LARGEST_JOINED_M2 = 120.0  # chosen
 
 
 def roughen(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
-    """Return the cells after a few random changes to single rooms and to pairs of neighbours."""
+    """Return the cells with a few random changes to single rooms and pairs of neighbours."""
     cells = _divide_some(rng, cells)
     for share, change in ((TRADE_SHARE, _trade_corner), (JOIN_SHARE, _join)):
         rooms = [i for i, cell in enumerate(cells) if cell.kind == 'room']
@@ -57,7 +57,7 @@ def roughen(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
 
 
 def _divide_some(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
-    """Divide some rooms: by a straight wall, or by a toilet or a store put into a corner."""
+    """Divide some rooms by a straight wall, or by a toilet or a closet in a corner."""
     divided = []
     for cell in cells:
         is_candidate = cell.kind == 'room' and cell.polygon.area > MIN_DIVISIBLE_M2
@@ -77,7 +77,7 @@ def _divide_some(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
 def _corner_cut(
     rng: np.random.Generator, polygon: Polygon, sides: NDArray[np.float64]
 ) -> list[Polygon]:
-    """Cut a box of ``sides`` [m] out of one corner; return what remains and what was cut out."""
+    """Cut a box of ``sides`` [m] out of one corner and return the rest and the cut-out parts."""
     corners = ring_of(polygon)
     (x, y), (a, b) = corners[int(rng.integers(len(corners)))], sides
     box = affinity.rotate(
@@ -88,7 +88,7 @@ def _corner_cut(
 
 
 def _is_sensible(polygon: Polygon) -> bool:
-    """Say whether a piece of a divided room is neither tiny nor a strip."""
+    """Return whether a piece of a divided room is neither tiny nor a narrow strip."""
     if is_too_small(polygon):
         return False
     corners = shapely.get_coordinates(polygon.minimum_rotated_rectangle)
@@ -118,7 +118,7 @@ def _principal_angle(polygon: Polygon) -> float:
 
 
 def _neighbour(rng: np.random.Generator, cells: list[Cell], i: int) -> int | None:
-    """Draw a room of the same group that shares at least two metres of wall with room ``i``."""
+    """Sample a room of the same group that shares over 2 m of wall with room ``i``, or None."""
     found = [
         j
         for j, other in enumerate(cells)
@@ -134,7 +134,7 @@ def _neighbour(rng: np.random.Generator, cells: list[Cell], i: int) -> int | Non
 def _trade_corner(
     rng: np.random.Generator, taker: Polygon, giver: Polygon
 ) -> tuple[Polygon, Polygon] | None:
-    """Move a corner of one room to its neighbour: both become L-shaped."""
+    """Transfer a corner of one room to its neighbour, so that both become L-shaped."""
     shared = giver.boundary.intersection(taker.buffer(2.0 * SNAP_M, join_style='mitre'))
     x, y = shapely.get_coordinates(shared)[0 if rng.random() < 0.5 else -1]
     sides = rng.uniform(2.2, 4.5, 2)
@@ -152,7 +152,7 @@ def _trade_corner(
 
 
 def _join(rng: np.random.Generator, a: Polygon, b: Polygon) -> tuple[Polygon, Polygon] | None:
-    """Take down the wall between two rooms; the second one vanishes."""
+    """Merge two rooms; the second polygon returned is empty."""
     united = unite(a, b)
     if united is None or united.area > LARGEST_JOINED_M2:
         return None
@@ -160,7 +160,7 @@ def _join(rng: np.random.Generator, a: Polygon, b: Polygon) -> tuple[Polygon, Po
 
 
 def _add_shaft(rng: np.random.Generator, cell: Cell) -> Cell:
-    """Cut a duct or a column out of one corner."""
+    """Cut a duct or a column out of one corner of a cell."""
     parts = _corner_cut(rng, cell.polygon, rng.uniform(*SHAFT_SIDE_M, 2))
     if len(parts) != 2 or is_too_small(parts[0]):
         return cell

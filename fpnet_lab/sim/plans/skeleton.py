@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-From a skeleton of corridors to cells: banks of rooms on both sides of every arm.
+Conversion of a corridor skeleton to cells: banks of rooms on both sides of every arm.
 
-Most storeys are corridors lined with rooms. A family only draws the corridors' centre lines at
-any angle; corners, overlaps and courtyards follow from the geometry.
+Most storeys are corridors lined with rooms. A family only defines the corridors' centre lines,
+at any angle; corners, overlaps and courtyards follow from the geometry.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from fpnet_lab.sim.plans.layout import (
 
 MIN_ROOM_WIDTH_M = 2.0
 KINDS: tuple[Kind, ...] = ('hall', 'corridor')
-"""Circulation; where they cross, the floor is the hall's. Chosen."""
+"""Kinds of circulation space; where they overlap, the floor belongs to the hall. Chosen."""
 
 MAX_ASPECT = 1.8
-"""Rooms along a bank are at most this much longer than deep, or deeper than long. Chosen."""
+"""Largest ratio of width to depth, or depth to width, of rooms along a bank. Chosen."""
 
 
 @dataclass(frozen=True)
 class Arm:
     """
-    A corridor (or hall) along a centre line, with a bank of rooms on each side.
+    A corridor or hall along a centre line, with a bank of rooms on each side.
 
     ``left_m`` and ``right_m`` are the depths of the banks (0: outer wall), seen from ``start`` to
-    ``end``; ``before_m`` and ``after_m`` extend the banks beyond the corridor's ends, which fills
+    ``end``; ``before_m`` and ``after_m`` extend the banks beyond the corridor's ends to fill
     corners; ``foot_m`` and ``cap_m`` are the depths of rooms across the start and the end;
-    ``bounds`` is where the banks must stay (None: anywhere).
+    ``bounds`` limits the area of the banks (None: unlimited).
     """
 
     start: tuple[float, float]
@@ -60,17 +60,17 @@ class Arm:
 
     @property
     def length_m(self) -> float:
-        """Length of the centre line."""
+        """Length of the centre line [m]."""
         return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
 
     def to_world(self, polygon: Polygon) -> Polygon:
-        """Move a polygon from the arm's frame (x along the arm) into the building's."""
+        """Transform a polygon from the arm's frame (x along the arm) to the building frame."""
         angle = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         c, s = math.cos(angle), math.sin(angle)
         return affinity.affine_transform(polygon, [c, -s, s, c, *self.start])
 
     def to_local(self, polygon: Polygon) -> Polygon:
-        """Inverse of :meth:`to_world`."""
+        """Transform a polygon from the building frame to the arm's frame."""
         angle = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
         c, s = math.cos(angle), math.sin(angle)
         x, y = self.start
@@ -81,9 +81,9 @@ def split_length(
     rng: np.random.Generator, length_m: float, depth_m: float, style: Style
 ) -> NDArray[np.float64]:
     """
-    Cut a bank of ``depth_m`` into rooms and return the cut positions, from 0 to ``length_m``.
+    Split a bank of ``depth_m`` into rooms and return the wall positions from 0 to ``length_m``.
 
-    Widths are log-normal around the depth; a uniform style repeats one width.
+    Room widths are log-normal around the depth; a uniform style repeats one width.
     """
     lower = max(MIN_ROOM_WIDTH_M, depth_m / MAX_ASPECT)
     upper = max(lower, depth_m * MAX_ASPECT)
@@ -103,7 +103,7 @@ def split_length(
 def slice_bank(
     rng: np.random.Generator, bank: Polygon, arm: Arm, depth_m: float, style: Style
 ) -> list[Cell]:
-    """Cut a bank's remaining outline into rooms, perpendicular to its arm."""
+    """Split a bank's remaining outline into rooms, perpendicular to its arm."""
     local = arm.to_local(bank)
     x0, y0, x1, y1 = local.bounds
     cells = []
@@ -115,7 +115,7 @@ def slice_bank(
 
 
 def _banks(arm: Arm) -> list[tuple[Polygon, float]]:
-    """Return the outlines of an arm's banks and caps with their depths, before any overlap."""
+    """Return outlines and depths of an arm's banks and end rooms, before removing overlaps."""
     half = arm.width_m / 2.0
     x0, x1 = -arm.before_m, arm.length_m + arm.after_m
     banks = []
@@ -131,7 +131,7 @@ def _banks(arm: Arm) -> list[tuple[Polygon, float]]:
 
 
 def _lanes(arms: list[Arm]) -> shapely.Geometry:
-    """Return the floor of corridors; arms of one width that meet end to end are mitred."""
+    """Return the corridors' floor area; arms of equal width that meet end to end are mitred."""
     floors = []
     for width in sorted({arm.width_m for arm in arms}):
         lines = [LineString([arm.start, arm.end]) for arm in arms if arm.width_m == width]
@@ -142,9 +142,9 @@ def _lanes(arms: list[Arm]) -> shapely.Geometry:
 
 def build_cells(rng: np.random.Generator, arms: list[Arm], style: Style) -> list[Cell]:
     """
-    Lay corridors along ``arms`` and fill their banks with rooms; earlier arms win overlaps.
+    Lay out corridors along ``arms`` and rooms in their banks; earlier arms get the overlaps.
 
-    Corridors of one kind that touch become one cell, cut only where they close a loop.
+    Touching corridors of one kind become one cell, which is split only where it closes a loop.
     """
     lanes = {kind: _lanes([arm for arm in arms if arm.kind == kind]) for kind in KINDS}
     lanes['corridor'] = lanes['corridor'].difference(lanes['hall'])
@@ -166,7 +166,7 @@ def build_cells(rng: np.random.Generator, arms: list[Arm], style: Style) -> list
 
 
 def _areas(geometry: shapely.Geometry) -> shapely.Geometry:
-    """Return the polygonal part: snapping to a grid may leave lines, which overlays refuse."""
+    """Return the polygonal part: grid snapping may leave lines, which overlays reject."""
     if geometry.geom_type in ('Polygon', 'MultiPolygon'):
         return geometry
     return shapely.union_all(polygons_of(geometry))

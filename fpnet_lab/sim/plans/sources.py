@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the storeys of matching pairs come from: the generator, or drawings of real buildings."""
+"""Sources of storeys for matching pairs: the generator, or drawings of real buildings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.types import BuildingPlan
 
 MIN_ROOMS = 2
-"""A building of fewer rooms has nothing to tell apart. Chosen."""
+"""Minimum number of rooms: a single room cannot be confused with another. Chosen."""
 
 _DIGEST_CHARACTERS = 16  # given
 
@@ -32,9 +32,9 @@ _DIGEST_CHARACTERS = 16  # given
 @dataclass(frozen=True, eq=False)
 class NamedPlan:
     """
-    One storey and what its pairs are called after.
+    A storey with the name of its pairs.
 
-    ``raster`` is the drawing it was traced from, frame ``building``; None for a generated one.
+    ``raster`` is the drawing it was traced from, frame ``building``; None if generated.
     """
 
     plan: BuildingPlan
@@ -43,35 +43,35 @@ class NamedPlan:
 
 
 class PlanSource(Protocol):
-    """A supply of storeys, the same in every process; hashable, so that they can be kept."""
+    """A source of storeys, identical in every process; hashable for use as a cache key."""
 
     def __hash__(self) -> int:
-        """Return the source's hash; equal sources may share what was made from them."""
+        """Return the source's hash; equal sources share cached results."""
         ...
 
     def plan_id(self, number: int) -> int:
-        """Return the id of the ``number``-th storey asked for; equal ids are one building."""
+        """Return the id of the ``number``-th storey; equal ids mean the same building."""
         ...
 
     def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
-        """Return a storey; another ``version`` where there is one that may suit better."""
+        """Return a storey; generated sources return a different storey for each ``version``."""
         ...
 
     def describe(self) -> dict[str, Any]:
-        """Return what a manifest says about the source; equal sources give equal pairs."""
+        """Return the source's entry in the manifest; equal entries give equal pairs."""
         ...
 
 
 @dataclass(frozen=True)
 class GeneratedPlans:
-    """Storeys of the generator, each another one; no ``families`` are all but homes."""
+    """Generated storeys, each used once; empty ``families`` uses the generator's default."""
 
     min_rooms: int
     max_rooms: int
     families: tuple[str, ...] = ()
 
     def plan_id(self, number: int) -> int:
-        """Return ``number``: no storey comes twice."""
+        """Return ``number``: every storey is used once."""
         return number
 
     def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
@@ -88,47 +88,47 @@ class GeneratedPlans:
 
 
 def generated_plans(config: SimConfig) -> GeneratedPlans:
-    """Return the generator's storeys as ``config`` wants them."""
+    """Return a source of generated storeys as configured by ``config``."""
     return GeneratedPlans(config.min_rooms, config.max_rooms, config.families)
 
 
 class GivenPlans:
     """
-    The buildings that some floorplans show, over and over.
+    A source that cycles through the buildings of given floorplans.
 
     Parameters
     ----------
     plans : name and drawing of each building
-    config : how drawings are cut into rooms
+    config : segmentation of the drawings into rooms
 
     Raises
     ------
     MapFormatError
-        If there is no plan, or a plan has fewer than two rooms.
+        If there is no plan, or if a plan has fewer than two rooms.
     """
 
     def __init__(
         self, plans: Sequence[tuple[str, GridMap]], config: SegmentationConfig | None = None
     ) -> None:
         if not plans:
-            raise MapFormatError('no floorplan was given; name images, YAML files or a folder')
+            raise MapFormatError('no floorplan was given; pass images, YAML files or a folder')
         self._storeys = [_trace(name, grid, config) for name, grid in plans]
 
     def __len__(self) -> int:
-        """Count the buildings."""
+        """Return the number of buildings."""
         return len(self._storeys)
 
     def plan_id(self, number: int) -> int:
-        """Return the building's number; they take turns."""
+        """Return the building's index; buildings are used in turn."""
         return number % len(self._storeys)
 
     def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
-        """Return building ``plan_id``; neither seed nor version change it."""
+        """Return building ``plan_id``; seed and version have no effect."""
         del seed, version
         return self._storeys[plan_id]
 
     def describe(self) -> dict[str, Any]:
-        """Return the plans' names with digests of their drawings."""
+        """Return the plans' names and the digests of their drawings."""
         return {'kind': 'given', 'plans': {s.name: _digest(s) for s in self._storeys}}
 
 
@@ -155,12 +155,12 @@ def read_plans(
     paths: Sequence[Path], resolution_m: float | None = None
 ) -> list[tuple[str, GridMap]]:
     """
-    Read the drawings in some files and folders, through the reader that all commands share.
+    Read the drawings in files and folders with the reader that all commands use.
 
     Parameters
     ----------
     paths : files and folders, see :func:`find_plans`
-    resolution_m : edge of a pixel; None takes what each drawing says, or its rooms and doors
+    resolution_m : edge of a pixel; None uses each drawing's own scale, or its rooms and doors
 
     Returns
     -------
@@ -169,22 +169,22 @@ def read_plans(
     Raises
     ------
     MapFormatError
-        If a file is missing or no drawing, or a folder holds none.
+        If a file is missing or not a drawing, or if a folder contains none.
     """
-    said = ReadOptions(resolution_m=resolution_m)
-    return [(path.stem, read_plan(path, said).grid) for path in find_plans(paths)]
+    options = ReadOptions(resolution_m=resolution_m)
+    return [(path.stem, read_plan(path, options).grid) for path in find_plans(paths)]
 
 
 def find_plans(paths: Sequence[Path]) -> list[Path]:
     """
-    Return the drawings among some files and folders.
+    Return the paths of the drawings among files and folders.
 
-    An image that a YAML of the same name describes is named once, as the YAML.
+    An image described by a YAML of the same name is listed once, as the YAML.
 
     Raises
     ------
     MapFormatError
-        If a folder holds none.
+        If a folder contains no drawing.
     """
     found: list[Path] = []
     for path in paths:

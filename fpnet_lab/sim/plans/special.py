@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Kinds of buildings that only varied sheets show: :func:`generate_special_plan`.
+Building kinds that are used by varied sheets only: :func:`generate_special_plan`.
 
-Halls, towers, churches, rows of dwellings and the like have few rooms, or one that dominates, or
-no corridor; robots are rarely driven there, but people have their plans.
+Halls, towers, churches and terraced houses have few rooms, one dominant room or no corridor.
+Robots rarely operate there, but users supply their plans.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Layout = Callable[[Rng, Style], list[Cell]]
 
 MAX_ROOMS = 60
 MAX_AREA_M2 = 4000.0
-"""Larger storeys are no single sheet. Chosen."""
+"""Largest storey that fits on a single sheet. Chosen."""
 
 _ATTEMPTS = 40  # numerical
 
@@ -37,7 +37,7 @@ _ATTEMPTS = 40  # numerical
 def generate_special_plan(
     rng: Rng, max_rooms: int = MAX_ROOMS, max_area_m2: float = MAX_AREA_M2
 ) -> BuildingPlan:
-    """Return a storey of a kind of :data:`SPECIAL`, with doors to the outside."""
+    """Return a storey of a random kind of :data:`SPECIAL`, mostly with outside doors."""
     names = list(SPECIAL)
     plan = None
     for _ in range(_ATTEMPTS):
@@ -49,7 +49,7 @@ def generate_special_plan(
 
 
 def special_plan(rng: Rng, name: str) -> BuildingPlan:
-    """Return a storey of one kind."""
+    """Return a storey of the kind ``name``, a key of :data:`SPECIAL`."""
     style = draw_style(rng)
     if name == 'terraced':
         return _terraced(rng, style)
@@ -58,12 +58,12 @@ def special_plan(rng: Rng, name: str) -> BuildingPlan:
 
 
 def _log(rng: Rng, low: float, high: float) -> float:
-    """Draw a length whose logarithm is uniform."""
+    """Sample a length from a log-uniform distribution."""
     return float(np.exp(rng.uniform(math.log(low), math.log(high))))
 
 
 def _row(rng: Rng, bounds: Box, side_m: float, jitter: float = 0.25) -> list[Box]:
-    """Cut a box across its longer axis into pieces about ``side_m`` wide."""
+    """Split a box across its longer axis into pieces about ``side_m`` wide."""
     x0, y0, x1, y1 = bounds
     is_wide = x1 - x0 > y1 - y0
     low, high = (x0, x1) if is_wide else (y0, y1)
@@ -79,7 +79,7 @@ def _cells(boxes: list[Box], kind: Kind = 'room', group: int = -1) -> list[Cell]
 
 
 def _divided(rng: Rng, bounds: Box, count: int) -> list[Box]:
-    """Cut a box at random into so many boxes, always the largest one."""
+    """Split a box into ``count`` boxes by repeatedly splitting the largest at random."""
     boxes = [bounds]
     while len(boxes) < count:
         boxes.sort(key=lambda b: (b[2] - b[0]) * (b[3] - b[1]))
@@ -95,21 +95,21 @@ def _divided(rng: Rng, bounds: Box, count: int) -> list[Box]:
 
 
 def _frame(inner: Box, width: float) -> tuple[list[Box], Box]:
-    """Return the four boxes around a box, and the box that is outside of them."""
+    """Return the four boxes that frame a box, and the outer box."""
     x0, y0, x1, y1 = inner
     a, b, c, d = x0 - width, y0 - width, x1 + width, y1 + width
     return [(a, b, c, y0), (a, y1, c, d), (a, y0, x0, y1), (x1, y0, c, y1)], (a, b, c, d)
 
 
 def _with_hall(outline: Polygon, rooms: list[Cell], kind: Kind = 'hall') -> list[Cell]:
-    """Return rooms, and what is left of an outline as a hall."""
+    """Return the rooms, and the rest of the outline as cells of ``kind``."""
     rest = shapely.difference(outline, shapely.union_all([room.polygon for room in rooms]))
     parts = [piece for part in polygons_of(rest) for piece in cut_holes(part)]
     return absorb_slivers([*rooms, *(Cell(part, kind) for part in parts if part.area > 4.0)])
 
 
 def _hall(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a hall with a few offices in its corners."""
+    """Lay out a hall with a few offices in its corners."""
     width = _log(rng, 14.0, 55.0)
     depth = width * float(rng.uniform(0.4, 1.0))
     rooms: list[Cell] = []
@@ -123,7 +123,7 @@ def _hall(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _warehouse(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a very large hall with rooms along one side, perhaps a second hall."""
+    """Lay out a very large hall with rooms along one side and optionally a second hall."""
     width, depth = _log(rng, 30.0, 85.0), _log(rng, 18.0, 45.0)
     deep = style.room_side_m * float(rng.uniform(0.8, 1.5))
     reach = width * float(rng.uniform(0.3, 1.0))
@@ -135,7 +135,7 @@ def _warehouse(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _ringed(rng: Rng, core: list[Cell], inner: Box, style: Style, width_m: float) -> list[Cell]:
-    """Lay a corridor around a core and rooms on some of its sides."""
+    """Lay out a corridor around a core, and rooms on some of its sides."""
     corridor, outer = _frame(inner, width_m)
     deep = style.room_side_m * float(rng.uniform(0.7, 1.4))
     sides, _ = _frame(outer, deep)
@@ -148,13 +148,13 @@ def _ringed(rng: Rng, core: list[Cell], inner: Box, style: Style, width_m: float
 
 
 def _gym(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a large room within a ring of corridor and rooms."""
+    """Lay out a large room inside a ring of corridor and rooms."""
     inner = (0.0, 0.0, _log(rng, 14.0, 34.0), _log(rng, 10.0, 22.0))
     return _ringed(rng, [Cell(box(*inner), 'room')], inner, style, float(rng.uniform(1.6, 3.2)))
 
 
 def _tower(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a core of shafts and closets, a corridor around it and offices."""
+    """Lay out a core of shafts and closets, surrounded by a corridor and offices."""
     inner = (0.0, 0.0, _log(rng, 7.0, 16.0), _log(rng, 5.0, 11.0))
     core = _cells(_divided(rng, inner, int(rng.integers(3, 8))))
     if rng.random() < 0.4:  # open offices
@@ -165,13 +165,13 @@ def _tower(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _courtyard(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a corridor with rooms around a void."""
+    """Lay out a corridor with rooms around a void."""
     inner = (0.0, 0.0, _log(rng, 8.0, 26.0), _log(rng, 7.0, 18.0))
     return _ringed(rng, [], inner, style, float(rng.uniform(1.8, 3.0)))
 
 
 def _atrium(rng: Rng, style: Style) -> list[Cell]:
-    """Lay rooms right around a hall."""
+    """Lay out rooms directly around a hall."""
     inner = (0.0, 0.0, _log(rng, 9.0, 24.0), _log(rng, 8.0, 18.0))
     sides, _ = _frame(inner, style.room_side_m * float(rng.uniform(0.8, 1.5)))
     cells = [Cell(box(*inner), 'hall')]
@@ -182,7 +182,7 @@ def _atrium(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _hotel(rng: Rng, style: Style) -> list[Cell]:
-    """Lay equal rooms with bathrooms along a corridor."""
+    """Lay out identical rooms with bathrooms along a corridor."""
     wide, deep = float(rng.uniform(3.2, 4.6)), float(rng.uniform(5.5, 7.5))
     aisle, bath = float(rng.uniform(1.6, 2.4)), float(rng.uniform(1.8, 2.4))
     count = int(rng.integers(4, 14))
@@ -202,7 +202,7 @@ def _hotel(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _hospital(rng: Rng, style: Style) -> list[Cell]:
-    """Lay two parallel corridors with a core between them, and many small rooms."""
+    """Lay out one corridor, or two around a core, with many small rooms."""
     length, aisle = _log(rng, 25.0, 60.0), float(rng.uniform(2.0, 2.8))
     deep, core = float(rng.uniform(3.5, 5.5)), float(rng.uniform(3.5, 6.0))
     side = float(rng.uniform(3.0, 4.2))
@@ -222,7 +222,7 @@ def _hospital(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _mall(rng: Rng, style: Style) -> list[Cell]:
-    """Lay shops on both sides of a wide way, an anchor shop at its end."""
+    """Lay out shops on both sides of a wide hall, optionally with an anchor shop at its end."""
     length, way = _log(rng, 30.0, 80.0), float(rng.uniform(5.0, 12.0))
     deep = [float(rng.uniform(8.0, 18.0)) for _ in range(2)]
     cells = _cells([(0.0, 0.0, length, way)], 'hall')
@@ -235,7 +235,7 @@ def _mall(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _one_room(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a single room of any size and of various outlines."""
+    """Lay out a single room of random size and outline."""
     width = _log(rng, 4.0, 45.0)
     depth = width * float(rng.uniform(0.45, 1.0))
     shape = box(0.0, 0.0, width, depth)
@@ -254,7 +254,7 @@ def _one_room(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _tiny_flat(rng: Rng, style: Style) -> list[Cell]:
-    """Lay two to five rooms."""
+    """Lay out two to five rooms."""
     count = int(rng.integers(2, 6))
     area = count * float(rng.uniform(8.0, 18.0))
     width = math.sqrt(area) * float(rng.uniform(0.8, 1.5))
@@ -266,7 +266,7 @@ def _tiny_flat(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _church(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a nave with an apse, perhaps a transept, a tower and a vestry."""
+    """Lay out a nave with an apse, and optionally a transept, a tower and a vestry."""
     width = float(rng.uniform(9.0, 18.0))
     length = width * float(rng.uniform(1.8, 3.2))
     angle = np.linspace(-np.pi / 2.0, np.pi / 2.0, int(rng.choice([4, 6, 12])))
@@ -288,7 +288,7 @@ def _church(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _theatre(rng: Rng, style: Style) -> list[Cell]:
-    """Lay a fan of seats, a stage behind, a foyer and side rooms."""
+    """Lay out a fan-shaped auditorium with a stage, a foyer and optional side rooms."""
     front, back = float(rng.uniform(10.0, 18.0)), float(rng.uniform(16.0, 34.0))
     deep, stage = float(rng.uniform(14.0, 26.0)), float(rng.uniform(7.0, 12.0))
     foyer = float(rng.uniform(5.0, 10.0))
@@ -307,7 +307,7 @@ def _theatre(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _school(rng: Rng, style: Style) -> list[Cell]:
-    """Lay classrooms along one or both sides of a corridor, and a gym at its end."""
+    """Lay out classrooms along a corridor, optionally with a gym at its end."""
     aisle, deep = float(rng.uniform(2.4, 4.0)), float(rng.uniform(6.5, 8.5))
     count = int(rng.integers(3, 9))
     length = count * float(rng.uniform(7.5, 9.5))
@@ -323,7 +323,7 @@ def _school(rng: Rng, style: Style) -> list[Cell]:
 
 
 def _terraced(rng: Rng, style: Style) -> BuildingPlan:
-    """Lay dwellings in a row, joined by nothing but walls; each has its own doors."""
+    """Lay out dwellings in a row without connecting doors, each with its own doors."""
     wide, deep = float(rng.uniform(4.8, 7.5)), float(rng.uniform(8.0, 12.0))
     is_equal = rng.random() < 0.5
     rooms: list[PlanRoom] = []
@@ -344,7 +344,7 @@ def _terraced(rng: Rng, style: Style) -> BuildingPlan:
 
 
 def _open_office(rng: Rng, style: Style) -> list[Cell]:
-    """Lay rooms and blocks of rooms that stand freely in one large space."""
+    """Lay out free-standing blocks of rooms in one large space."""
     width, depth = _log(rng, 18.0, 50.0), _log(rng, 12.0, 30.0)
     rooms: list[Cell] = []
     for _ in range(int(rng.integers(1, 5))):
@@ -374,4 +374,4 @@ SPECIAL: dict[str, Layout] = {
     'open_office': _open_office,
     'terraced': lambda rng, style: [],
 }
-"""Layouts by name; of terraced houses every dwelling is laid out by itself."""
+"""Layouts by name; :func:`special_plan` lays out terraced houses dwelling by dwelling."""

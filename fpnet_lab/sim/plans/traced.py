@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A user's floorplan as a building: its rooms and doors as the product's own segmentation sees them.
+Conversion of a user's floorplan to a building, based on the product's segmentation.
 
-What a drawing does not tell is taken as in generated storeys: walls of one thickness, doors in
-the middle of their walls, heights by the extruder. Rooms that go round something (a loop of
-corridors, a hall with a core) are cut into pieces joined by openings of full height, because a
+Properties missing from a drawing are set as in generated storeys: walls of one thickness, doors
+in the middle of their walls, heights from the extruder. Rooms with holes (a loop of corridors, a
+hall with a core) are split into pieces joined by full-height openings, because a
 :class:`PlanRoom` has one outline and no holes.
 """
 
@@ -40,21 +40,21 @@ TRACED = 'traced'
 WALL_RANGE_M = (0.08, 0.4)
 USUAL_WALL_M = 0.15
 """
-Limits of the estimated wall thickness, and what is taken where no two rooms share a wall. Chosen.
+Limits of the estimated wall thickness, and its default if no two rooms share a wall. Chosen.
 """
 
 # Chosen, not measured:
-_SLIVER_M = 0.1  # half the width of what is too narrow to be part of a room
+_SLIVER_M = 0.1  # half the width below which an area is too narrow for a room
 _LEAST_ROOM_M2 = 0.5
-_PILLAR_M2 = 0.3  # holes up to this size are closed: nobody walks around them
+_PILLAR_M2 = 0.3  # holes up to this size are filled: they do not affect connectivity
 _LEAST_DOOR_M = 0.3
 _JAMB_M = 0.15  # a doorway is cleared this far beyond its ends
-_TONGUE_M = 0.6  # rooms reach through doors by less than this
+_TONGUE_M = 0.6  # rooms extend through doors by less than this
 _DEEPEST_DOOR_M = 1.5  # from the opening's line to either room
-_WALL_SAMPLE_M = 0.8  # rooms farther apart than this are not parted by a wall
+_WALL_SAMPLE_M = 0.8  # larger distances between rooms do not count as wall thickness
 _THIN_PERCENT = 20.0
-_MITRE_LIMIT = 1.5  # numerical: square corners stay sharp, acute ones are cut off
-# Numerical: where a line through a hole may run, as shares of its extent.
+_MITRE_LIMIT = 1.5  # numerical: square corners stay sharp, acute corners are bevelled
+# Numerical: positions of lines through a hole, as shares of the hole's extent.
 _CUTS = (0.5, 0.25, 0.75)
 _MOST_CUTS = 64  # numerical
 
@@ -65,21 +65,21 @@ _HALL_DOORS = 5
 
 def plan_from_grid(grid: GridMap, config: SegmentationConfig | None = None) -> BuildingPlan:
     """
-    Return the building that a floorplan shows.
+    Return the building shown in a floorplan.
 
     Parameters
     ----------
     grid : GridMap
-        The drawing; its nominal metres are taken for true ones.
+        The drawing; its nominal scale is assumed to be correct.
     config : SegmentationConfig
-        How it is cut into rooms; the defaults where None.
+        Segmentation into rooms; None uses the defaults.
 
     Returns
     -------
     BuildingPlan
-        In the frame of ``grid``, family ``'traced'``. Rooms keep the segmentation's order as far
-        as they are not cut; rooms without a door and separate wings are kept. Doors that lead
-        out of the building are walls.
+        In the frame of ``grid``, family ``'traced'``. Rooms keep the segmentation's order unless
+        they are split; rooms without a door and separate wings are kept. Outside doors become
+        walls.
 
     Raises
     ------
@@ -114,17 +114,17 @@ def plan_from_grid(grid: GridMap, config: SegmentationConfig | None = None) -> B
 
 def estimate_wall_m(segmentation: Segmentation) -> float:
     """
-    Return how thick the thinner walls are, within limits [m].
+    Return the thickness of the thinner walls, within limits [m].
 
-    Walls thinner than a plan's thickness must be widened, thicker ones stay: hence a low
-    percentile of the distances between rooms across what parts them.
+    Walls thinner than the plan's thickness are widened and thicker walls stay. The estimate is
+    therefore a low percentile of the distances between neighbouring rooms.
     """
     distance, room = nearest_labels(segmentation.labels)
     outside = segmentation.labels == 0
     widths = []
     for a, b in NEIGHBOURS[::-1]:
         meet = (room[a] != room[b]) & outside[a] & outside[b]
-        # Distances reach from cell centre to cell centre; a step lies between the two cells.
+        # Distances are measured between cell centres; the two cells are one step apart.
         widths.append((distance[a][meet] + distance[b][meet]) * segmentation.grid.resolution)
     width = np.concatenate(widths)
     width = width[width < _WALL_SAMPLE_M]
@@ -134,8 +134,8 @@ def estimate_wall_m(segmentation: Segmentation) -> float:
 
 
 def _outline(segmentation: Segmentation, label: int) -> Polygon:
-    """Return the area of a label with its holes, in metres, corners thinned out."""
-    # segmentation.assemble.outline leaves holes out.
+    """Return the simplified area of a label with its holes [m]."""
+    # segmentation.assemble.outline omits holes.
     corners = cell_corners(segmentation.labels == label)
     contours, hierarchy = cv2.findContours(corners, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     rings = [
@@ -155,9 +155,9 @@ def _outline(segmentation: Segmentation, label: int) -> Polygon:
 
 def _part_at_door(areas: list[Polygon], portal: Portal, wall_m: float) -> None:
     """
-    Make two rooms meet on both sides of a door's line, in place, with a wall's width between.
+    Move the boundary of two rooms to a door's line, in place, one wall thickness apart.
 
-    The segmentation parts rooms somewhere in the doorway; what reaches through it changes hands.
+    The segmentation separates rooms somewhere in the doorway; parts beyond the line are swapped.
     """
     a, b = portal.rooms
     if b is None:
@@ -182,8 +182,8 @@ def _part_at_door(areas: list[Polygon], portal: Portal, wall_m: float) -> None:
 
 
 def _apart(areas: list[Polygon], wall_m: float) -> list[Polygon]:
-    """Return the areas with a wall's width between any two; what is left too small is empty."""
-    # Touching rooms give way by half a wall each; then what thin walls still lack.
+    """Return the areas, one wall thickness apart; areas that become too small are empty."""
+    # Touching rooms shrink by half a wall each; the second pass widens walls still too thin.
     for reach_m in (wall_m / 2.0, wall_m):
         tree = shapely.STRtree(areas)
         grown = shapely.buffer(areas, reach_m, join_style='mitre', mitre_limit=_MITRE_LIMIT)
@@ -196,7 +196,7 @@ def _apart(areas: list[Polygon], wall_m: float) -> list[Polygon]:
 
 
 def _tidy(area: shapely.Geometry) -> Polygon:
-    """Return the largest part of an area without slivers and pillars; empty if it is tiny."""
+    """Return the largest part of an area without slivers and pillars, or an empty polygon."""
     core = area.buffer(-_SLIVER_M, join_style='mitre')
     whole = _largest(core.buffer(_SLIVER_M, join_style='mitre').intersection(area))
     holes = [ring for ring in whole.interiors if Polygon(ring).area > _PILLAR_M2]
@@ -213,10 +213,10 @@ def _without_holes(
     area: Polygon, wall_m: float
 ) -> tuple[list[Polygon], list[tuple[tuple[int, int], Array]]]:
     """
-    Cut an area along lines through its holes until no piece has one.
+    Split an area along lines through its holes until no piece has a hole.
 
-    Returns the pieces, a wall's width apart, and per cut the two pieces that it parts with the
-    ends (2, 2) of the opening that joins them. An empty area has no pieces.
+    Returns the pieces, one wall thickness apart, and for each cut the indices of the two pieces
+    and the ends (2, 2) of the opening between them. An empty area has no pieces.
     """
     pieces = [] if area.is_empty else [area]
     cuts: list[LineString] = []
@@ -236,9 +236,9 @@ def _without_holes(
 
 def _shortest_cut(area: Polygon) -> list[LineString]:
     """
-    Return where a line through the first hole crosses the area, for the line that cuts least.
+    Return the segments inside the area of the shortest line through its first hole.
 
-    The line has pieces of the area on both sides all along, so that every cut parts two of them.
+    The line has area on both sides along its whole length, so every segment separates two pieces.
     """
     hole = Polygon(area.interiors[0])
     box = shapely.get_coordinates(hole.minimum_rotated_rectangle)[:4]
@@ -258,7 +258,7 @@ def _shortest_cut(area: Polygon) -> list[LineString]:
 
 
 def _sides(cut: LineString, pieces: list[Polygon], wall_m: float) -> tuple[int, int] | None:
-    """Return the pieces on the two sides of a cut; None where one side was dropped."""
+    """Return the indices of the pieces on both sides of a cut, or None if one was dropped."""
     ends = shapely.get_coordinates(cut)
     along = (ends[1] - ends[0]) / cut.length
     step = np.array([-along[1], along[0]]) * (wall_m / 2.0 + _SLIVER_M)
@@ -273,7 +273,7 @@ def _sides(cut: LineString, pieces: list[Polygon], wall_m: float) -> tuple[int, 
 
 
 def _door(portal: Portal, pieces: list[Polygon], pieces_of: list[list[int]]) -> PlanDoor | None:
-    """Return a portal as a door between the nearest pieces of its rooms; None if one is lost."""
+    """Return a portal's door between the nearest pieces of its rooms, or None if one is lost."""
     line = LineString(portal.ends)
     sides = []
     for room in portal.rooms:
@@ -287,7 +287,7 @@ def _door(portal: Portal, pieces: list[Polygon], pieces_of: list[list[int]]) -> 
 
 
 def _with_kinds(rooms: Sequence[PlanRoom], doors: Sequence[PlanDoor]) -> tuple[PlanRoom, ...]:
-    """Return the rooms with corridors and halls told from rooms by their shape and doors."""
+    """Return the rooms with their kinds, classified by shape and number of doors."""
     count = np.bincount([room for door in doors for room in door.rooms], minlength=len(rooms))
     return tuple(
         PlanRoom(room.polygon, _kind(Polygon(room.polygon), int(number)))
@@ -296,7 +296,7 @@ def _with_kinds(rooms: Sequence[PlanRoom], doors: Sequence[PlanDoor]) -> tuple[P
 
 
 def _kind(outline: Polygon, doors: int) -> RoomKind:
-    """Name a room; its width and length are those of the rectangle of equal area and outline."""
+    """Return a room's kind; the rectangle of equal area and perimeter gives width and length."""
     half, area = outline.length / 2.0, outline.area
     root = np.sqrt(max(half**2 / 4.0 - area, 0.0))
     width, length = half / 2.0 - root, half / 2.0 + root

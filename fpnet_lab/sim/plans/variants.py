@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Layout families derived from others: repeated rooms, bent wings, curved facades, bays."""
+"""Layout families derived from others: repeated rooms, curved wings, curved facades, bays."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from fpnet_lab.sim.plans.skeleton import Arm, build_cells
 
 BEND_RADII_M = (22.0, 70.0)
 MAX_BEND_RAD = 3.6
-"""A wing bends by at most about 200 degrees. Chosen."""
+"""Largest angle of a curved wing, about 200 degrees. Chosen."""
 
 
 def repeated(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a hotel's or dormitory's floor: one room over and over."""
+    """Lay out a storey of identical rooms, like a hotel or a dormitory."""
     layout = (double_corridor, branched, racetrack)[int(rng.integers(3))]
     return layout(rng, replace(style, is_uniform=True))
 
 
 def bent(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Bend a straight double-loaded corridor into an arc."""
+    """Lay out a corridor with rooms on both sides, bent into an arc."""
     cells = double_corridor(rng, style)
     x0, _, x1, _ = shapely.union_all([cell.polygon for cell in cells]).bounds
     radius = max(float(rng.uniform(*BEND_RADII_M)), (x1 - x0) / MAX_BEND_RAD)
@@ -40,7 +40,7 @@ def bent(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def curved_facade(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Cut one or two sides of a loop or a corridor by an arc."""
+    """Lay out a loop or a branched corridor with one or two sides clipped by an arc."""
     cells = racetrack(rng, style) if rng.random() < 0.7 else branched(rng, style)
     x0, y0, x1, y1 = shapely.union_all([cell.polygon for cell in cells]).bounds
     outline: shapely.Geometry = shapely.box(x0, y0, x1, y1)
@@ -60,7 +60,7 @@ def curved_facade(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def bays(rng: np.random.Generator, style: Style) -> list[Cell]:
-    """Lay a corridor whose rooms, every second or third, bulge out in a bay or an apse."""
+    """Lay out a corridor where every second or third room has a bay or an apse."""
     length, depth = rng.uniform(30.0, 80.0), bank_depth(rng, style)
     arm = Arm((0.0, 0.0), (length, 0.0), rng.uniform(1.8, 3.0), depth, depth)
     cells, every = build_cells(rng, [arm], style), int(rng.integers(2, 4))
@@ -77,7 +77,7 @@ def bays(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 
 def _bay(x0: float, x1: float, y: float, reach: float, is_round: bool) -> Polygon:
-    """Return a half disc or a box that stands out of the wall at height ``y``."""
+    """Return a half disc or a box that projects from the outer wall at coordinate ``y``."""
     half = 0.42 * (x1 - x0)
     middle, sign = (x0 + x1) / 2.0, np.sign(y)
     if not is_round:

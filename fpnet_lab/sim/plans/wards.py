@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Storeys of any size, as hospitals have them: parallel corridors lined with rooms, and links."""
+"""Hospital-like storeys of any size: parallel, linked corridors lined with rooms."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from fpnet_lab.sim.plans.skeleton import Arm, build_cells
 from fpnet_lab.sim.types import BuildingPlan
 
 # Chosen, not measured:
-_STYLE = Style(wall_m=0.2, room_side_m=6.6, spread=0.35)  # some 50 m2 for each room
+_STYLE = Style(wall_m=0.2, room_side_m=6.6, spread=0.35)  # about 50 m2 per room
 _LINK_EVERY_M = 60.0
 
 
 def wards(rng: np.random.Generator, area_m2: float) -> BuildingPlan:
     """
-    Return a storey of about ``area_m2`` from outer wall to outer wall.
+    Return a storey with a gross area of about ``area_m2``.
 
-    Corridors of the same width run side by side as long as the storey is square, joined by links
-    about every sixty metres; banks and rooms differ from each other.
+    Parallel corridors of equal width make the storey about square; links join them about every
+    60 m. Banks and rooms vary.
     """
     width, side = corridor_width(rng), float(np.sqrt(area_m2))
     pitch = width + 2.0 * _STYLE.room_side_m

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Two populations of storeys side by side: percentiles, and whether a classifier tells them apart.
+"""Comparison of two populations of storeys: percentiles, and a two-sample classifier test.
 
-Both sides are :class:`~fpnet_lab.sim.population.statistics.FloorMeasures`, made by one function.
+Both are :class:`~fpnet_lab.sim.population.statistics.FloorMeasures`, computed by one function.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FITTED: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
     'aspect': lambda floors: _pooled(floors, 'aspects'),
     'door_width_m': lambda floors: _pooled(floors, 'door_widths_m'),
 }
-"""Quantities whose percentiles must agree, by the unit in their name."""
+"""Quantities with percentiles that must agree; their names contain the units."""
 
 QUANTITIES: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
     **FITTED,
@@ -40,11 +40,11 @@ QUANTITIES: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
     'cycles_per_plan': lambda floors: np.array([f.cycles for f in floors], float),
     'components_per_plan': lambda floors: np.array([f.components for f in floors], float),
 }
-"""Everything that is compared; the hub is the room with most doors, mostly a corridor."""
+"""All compared quantities; the hub is the room with the most doors, usually a corridor."""
 
 FOLDS = 5
 REPEATS = 3
-"""Numerical: the few real storeys are dealt into folds this many times, each time otherwise."""
+"""Numerical: number of different random splits of the few real storeys into folds."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Row:
 
     @property
     def relative_errors(self) -> tuple[float, ...]:
-        """Generated over real, minus one; infinite where the real one alone is 0."""
+        """Ratio of generated to real, minus one; infinite if only the real value is 0."""
         return tuple(
             g / r - 1.0 if r else (0.0 if g == r else float('inf'))
             for g, r in zip(self.generated, self.real, strict=True)
@@ -67,10 +67,10 @@ class Row:
 @dataclass(frozen=True)
 class TwoSample:
     """
-    How well regions of two populations are told apart.
+    Result of a two-sample test between the regions of two populations.
 
-    ``auc`` is the mean area under the ROC curve over all folds (0.5: not at all), ``spread``
-    its standard deviation; ``importance`` is what the area loses when a feature is shuffled.
+    ``auc`` is the mean area under the ROC curve over all folds (0.5: indistinguishable),
+    ``spread`` its standard deviation; ``importance`` is the loss of AUC if a feature is permuted.
     """
 
     auc: float
@@ -87,7 +87,7 @@ def compare(generated: Floors, real: Floors) -> list[Row]:
 
 
 def percentile_errors(rows: Sequence[Row]) -> dict[str, float]:
-    """Return the relative errors of the fitted quantities, as ``{'room_area_m2_p5': -0.1}``."""
+    """Return relative errors of the fitted quantities, e.g. ``{'room_area_m2_p5': -0.1}``."""
     return {
         f'{row.name}_p{percentile}': error
         for row in rows
@@ -100,10 +100,10 @@ def two_sample(
     generated: Floors, real: Floors, seed: int = 0, repeats: int = REPEATS
 ) -> TwoSample:
     """
-    Train a small classifier to tell regions of the two populations apart, cross-validated.
+    Cross-validate a small classifier that separates the regions of the two populations.
 
-    All regions of a storey are in one fold: it is tested on storeys it has not seen. The folds
-    are dealt ``repeats`` times.
+    All regions of a storey are in one fold, so that the classifier is tested on unseen storeys.
+    The split into folds is repeated ``repeats`` times.
     """
     floors = [*generated, *real]
     features = np.concatenate([floor.regions for floor in floors])
@@ -116,7 +116,7 @@ def two_sample(
         for train, test in folds.split(features, is_real, storey):
             model = _classifier(seed).fit(features[train], is_real[train])
             scores = model.predict_proba(features[test])[:, 1]
-            if len(np.unique(is_real[test])) == 1:  # of so few storeys a fold has one kind only
+            if len(np.unique(is_real[test])) == 1:  # with few storeys, a fold may have one class
                 continue
             areas.append(float(roc_auc_score(is_real[test], scores)))
             if repeat == 0:

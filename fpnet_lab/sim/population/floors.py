@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labelled storeys as rasters: the form in which generated and real ones are compared."""
+"""Labelled storeys as rasters, the common format for generated and real storeys."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from fpnet_lab.sim.drawn.render import door_outline, fill_polygons, render_plan
 from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = 0.05
-"""Given: cell edge of the real drawings, and of the generated ones that are compared with them."""
+"""Given: cell edge of the real drawings and of the generated ones."""
 
 FREE_GREY = 250
-"""Given: pixels of a real drawing at least this bright are floor."""
+"""Given: minimum brightness of floor pixels in a real drawing."""
 
 TUNE_FLOORS = (
     'lab_a_scan',
@@ -36,16 +36,16 @@ TUNE_FLOORS = (
     'office_e',
     'Freiburg52_scan',
 )
-"""The human-labelled real storeys that parameters may be chosen on."""
+"""Hand-labelled real storeys of the development split, used to choose parameters."""
 
 
 @dataclass(frozen=True, eq=False)
 class LabelledFloor:
     """
-    A storey's rooms as cells of ``CELL_M``.
+    Raster of a storey's rooms with cells of ``CELL_M``.
 
-    ``labels (H, W) int32`` is 1 and up inside rooms and 0 elsewhere, doorways included;
-    ``free (H, W) bool`` is floor, doorways included.
+    ``labels (H, W) int32`` is 1 and up inside rooms and 0 elsewhere, including doorways;
+    ``free (H, W) bool`` marks floor, including doorways.
     """
 
     name: str
@@ -54,16 +54,16 @@ class LabelledFloor:
 
 
 def floor_of_plan(plan: BuildingPlan, name: str) -> LabelledFloor:
-    """Return a generated storey as a person would label it."""
+    """Return a generated storey with labels in the style of hand labels."""
     grid = render_plan(plan, CELL_M)
     return LabelledFloor(name, room_labels(plan, grid), grid.cells == FREE)
 
 
 def room_labels(plan: BuildingPlan, grid: GridMap) -> NDArray[np.int32]:
     """
-    Return the true rooms (H, W) on a drawing that is neither turned nor stretched.
+    Return ground truth room labels (H, W) on a drawing without rotation and stretch.
 
-    Labels are 1 and up, 0 outside and in doorways; the pieces of one corridor are one room.
+    Labels are 1 and up, 0 outside and in doorways; all pieces of a corridor are one room.
     """
     labels = np.zeros(grid.shape, np.int32)
     origin = np.array([grid.T_frame_grid.x, grid.T_frame_grid.y])
@@ -73,7 +73,7 @@ def room_labels(plan: BuildingPlan, grid: GridMap) -> NDArray[np.int32]:
 
 
 def room_rings(plan: BuildingPlan) -> list[list[NDArray[np.float64]]]:
-    """Return for each room the polygons (V, 2) [m] that cover it: a corridor has several."""
+    """Return the polygons (V, 2) [m] that cover each room; a corridor may have several."""
     rooms = []
     for part in plan.joined_rooms():
         rings = [plan.rooms[i].polygon for i in part]
@@ -88,32 +88,32 @@ def room_rings(plan: BuildingPlan) -> list[list[NDArray[np.float64]]]:
 
 def read_image(path: Path, flag: int = cv2.IMREAD_GRAYSCALE) -> NDArray[Any]:
     """
-    Return an image of the shared data, row 0 at the top, as OpenCV's ``flag`` has it.
+    Return an image of the shared data, row 0 at the top, read with OpenCV's ``flag``.
 
     Raises
     ------
     MapFormatError
-        If it is missing or no image.
+        If it is missing or not an image.
     """
     image = cv2.imread(str(path), flag) if path.is_file() else None
     if image is None:
-        raise MapFormatError(f'{path} is missing or no image; give the folder that holds it')
+        raise MapFormatError(f'{path} is missing or not an image; pass the folder that holds it')
     return np.asarray(image)
 
 
 def read_labels(path: Path) -> NDArray[np.int32]:
-    """Return hand-drawn room labels (H, W), row 0 lowest, 0 outside."""
+    """Return hand-drawn room labels (H, W), row 0 at the lowest y, 0 outside."""
     return read_image(path, cv2.IMREAD_UNCHANGED)[::-1].astype(np.int32)
 
 
 def read_floors(folder: Path, names: Sequence[str] = TUNE_FLOORS) -> list[LabelledFloor]:
     """
-    Read human-labelled storeys: ``folder/floorplan/NAME.png`` and ``folder/room_labels/NAME.png``.
+    Read hand-labelled storeys: ``folder/floorplan/NAME.png`` and ``folder/room_labels/NAME.png``.
 
     Raises
     ------
     MapFormatError
-        If an image is missing or the two of a storey differ in size.
+        If an image is missing, or if drawing and labels differ in size.
     """
     return [_read_floor(folder, name) for name in names]
 
@@ -124,6 +124,6 @@ def _read_floor(folder: Path, name: str) -> LabelledFloor:
     if grey.shape != labels.shape:
         raise MapFormatError(
             f'{name}: the drawing has {grey.shape} cells, its labels have {labels.shape}; '
-            'they must be of one size'
+            'they must have one size'
         )
     return LabelledFloor(name, labels, grey >= FREE_GREY)

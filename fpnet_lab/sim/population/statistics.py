@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a population of storeys is like: rooms, doors and how they hang together.
+Statistics of storeys: rooms, doors and their connectivity.
 
-Everything is measured on label rasters (:mod:`fpnet_lab.sim.population.floors`), so that generated
-and human-labelled storeys pass through the same code.
+All values are measured on label rasters (:mod:`fpnet_lab.sim.population.floors`), so that
+generated and hand-labelled storeys use the same code.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ FEATURES = (
 """Columns of :attr:`FloorMeasures.regions`."""
 
 _NOISE_M2 = 0.375
-"""Given: smaller labels are drawing noise: 150 cells, the data set's own limit."""
+"""Given: smaller labels are noise; 150 cells, the limit used by the data set."""
 _LABEL_GAP_M = 0.5
-"""Labels end this far from the middle of a door at most. Chosen."""
+"""Maximum distance between a label and the middle of its door. Chosen."""
 _MIN_OPENING_M = 0.5
-"""Shorter contacts are where labels squeeze through a wall of a cell or two. Chosen."""
+"""Shorter contacts are artefacts, where labels grow through thin walls. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class FloorMeasures:
     """
-    The figures of one storey of R rooms and D doors.
+    Statistics of one storey with R rooms and D doors.
 
     ``regions (R, F)`` has a column for each of :data:`FEATURES`; ``aspects``, ``areas_m2``
-    and ``doors_per_room`` are the (R,) values behind some of them, ``door_widths_m (D,)`` the
-    openings between two rooms. ``hub_degree`` is the number of doors of the room that has
-    most, ``cycles`` how many doors could be shut without cutting anything off.
+    and ``doors_per_room`` are the (R,) values of some of them, ``door_widths_m (D,)`` the
+    widths of openings between two rooms. ``hub_degree`` is the largest number of doors of a
+    room, ``cycles`` the number of doors that can be closed without disconnecting rooms.
     """
 
     name: str
@@ -67,7 +67,7 @@ class FloorMeasures:
 
 
 def measure_floor(floor: LabelledFloor) -> FloorMeasures:
-    """Measure one storey's rooms, doors and graph."""
+    """Compute the statistics of one storey's rooms, doors and graph."""
     labels = _grown(floor)
     cells = np.bincount(labels.ravel())
     kept = np.flatnonzero(cells * CELL_M**2 >= _NOISE_M2)
@@ -141,14 +141,14 @@ def _openings(labels: NDArray[np.int32]) -> Iterator[tuple[int, int, float]]:
 
 
 def _grown(floor: LabelledFloor) -> NDArray[np.int32]:
-    """Return the labels grown over the doorways, each free cell to the nearest label."""
+    """Return the labels extended into doorways: nearby free cells get the nearest label."""
     distance, label = nearest_labels(floor.labels)
     near = (distance * CELL_M <= _LABEL_GAP_M) & floor.free
     return np.asarray(np.where(near | (floor.labels > 0), label, 0), np.int32)
 
 
 def _contacts(labels: NDArray[np.int32], base: int) -> NDArray[np.int64]:
-    """Mark (H, W) where a label meets another to the right or above: smaller * base + larger."""
+    """Mark cells (H, W) next to another label (right, above): smaller * base + larger."""
     contact = np.zeros(labels.shape, np.int64)
     for first, second in NEIGHBOURS[::-1]:
         here, there, marks = labels[first], labels[second], contact[first]
@@ -159,7 +159,7 @@ def _contacts(labels: NDArray[np.int32], base: int) -> NDArray[np.int64]:
 
 
 def _around(graph: nx.MultiGraph, areas: NDArray[np.float64], room: int) -> tuple[float, float]:
-    """Return the mean width of a room's doors [m] and the log area of its largest neighbour."""
+    """Return a room's mean door width [m] and the log area of its largest neighbour."""
     edges = list(graph.edges(room, data='width'))
     if not edges:
         return 0.0, 0.0

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A sheet as marks on paper, before anybody knows whether it becomes pixels, a PDF, an SVG or a DXF.
+A sheet as vector marks on paper, independent of the output format: pixels, PDF, SVG or DXF.
 
 Frame ``page``: true metres at the drawing's scale, x right, y up, origin at the lower left corner.
 """
@@ -26,7 +26,7 @@ Box = tuple[float, float, float, float]
 
 
 class Role(StrEnum):
-    """What a mark stands for; a vector file has a layer for each."""
+    """Meaning of a mark; a vector file has one layer per role."""
 
     WALL = 'wall'
     WALL_PATTERN = 'wall pattern'
@@ -44,7 +44,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Pen:
-    """A line's colour, width [m] and the lengths of its dashes and gaps [m]."""
+    """Colour, width [m], and dash and gap lengths [m] of a line."""
 
     colour: Colour
     width_m: float
@@ -53,7 +53,7 @@ class Pen:
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Polylines, each (V, 2) [m]; closed ones end where they began."""
+    """Polylines (V, 2) [m]; with ``is_closed``, the last point connects to the first."""
 
     role: Role
     lines: tuple[Array, ...]
@@ -66,7 +66,7 @@ class Arcs:
     """
     Circular arcs, counter-clockwise.
 
-    ``centre (N, 2)`` and ``radius (N,)`` [m], ``span (N, 2)`` from and to [rad].
+    ``centre (N, 2)`` and ``radius (N,)`` [m], ``span (N, 2)`` start and end angles [rad].
     """
 
     role: Role
@@ -78,7 +78,7 @@ class Arcs:
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """A filled polygon: ``rings``, each (V, 2) [m], outer ones counter-clockwise, holes not."""
+    """A filled polygon of ``rings (V, 2)`` [m]: outlines counter-clockwise, holes clockwise."""
 
     role: Role
     rings: tuple[Array, ...]
@@ -88,9 +88,9 @@ class Area:
 @dataclass(frozen=True)
 class Letters:
     """
-    A line of text around ``xy`` [m], capitals ``height_m`` high, turned by ``angle_rad``.
+    A line of text at ``xy`` [m] with capital height ``height_m``, rotated by ``angle_rad``.
 
-    ``align`` is what of the text lies at ``xy``: its centre or its left end.
+    ``align`` is the anchor of the text at ``xy``: its centre or its left end.
     """
 
     role: Role
@@ -107,10 +107,10 @@ class Letters:
 @dataclass(frozen=True)
 class Dimension:
     """
-    A length with its number: between ``a`` and ``b``, which lie on its line [m].
+    A dimension with its text, between the ends ``a`` and ``b`` of its line [m].
 
-    ``feet`` is how far towards what is measured the extension lines reach [m], ``tick_m`` the
-    size of the strokes across the line's ends. A ``text`` that does not fit is empty.
+    ``feet`` is the vector of the extension lines towards the measured object [m], ``tick_m`` the
+    size of the strokes across the line's ends. ``text`` is empty if it does not fit.
     """
 
     a: tuple[float, float]
@@ -132,10 +132,10 @@ Mark = Stroke | Dimension
 @dataclass(frozen=True, eq=False)
 class Artwork:
     """
-    All marks of a sheet in the order in which they are drawn.
+    All marks of a sheet in drawing order.
 
-    ``size_m`` is the paper's width and height at the drawing's scale, 1 to ``denominator``;
-    ``paper`` is None where it is transparent.
+    ``size_m`` is the paper's width and height at the drawing's scale of 1 to ``denominator``;
+    ``paper`` is None if it is transparent.
     """
 
     size_m: tuple[float, float]
@@ -145,12 +145,12 @@ class Artwork:
 
     @property
     def strokes(self) -> list[Stroke]:
-        """All marks as lines, arcs, areas and texts."""
+        """All marks decomposed into lines, arcs, areas and texts."""
         return [stroke for mark in self.marks for stroke in strokes_of(mark)]
 
     @property
     def size_mm(self) -> tuple[float, float]:
-        """Width and height of the paper itself [mm]."""
+        """Physical width and height of the paper [mm]."""
         width, height = (1e3 * side / self.denominator for side in self.size_m)
         return width, height
 
@@ -163,7 +163,7 @@ def circles(role: Role, centre: Array, radius_m: float | Array, pen: Pen) -> Arc
 
 
 def strokes_of(mark: Mark) -> list[Stroke]:
-    """Return what is drawn of a mark: a dimension is lines and a number, others are themselves."""
+    """Return the strokes of a mark: lines and text of a dimension, otherwise the mark itself."""
     if not isinstance(mark, Dimension):
         return [mark]
     a, b, feet = (np.array(point) for point in (mark.a, mark.b, mark.feet))
@@ -188,7 +188,7 @@ def box_ring(box: Box) -> Array:
 
 
 def lines_of(role: Role, lines: Sequence[Array], pen: Pen, is_closed: bool = False) -> list[Mark]:
-    """Return the lines as a mark, no mark where there is no line."""
+    """Return the lines as one mark, or no mark if there are no lines."""
     return [Lines(role, tuple(lines), pen, is_closed)] if len(lines) else []
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks that stand beside a plan on a sheet: tables, notes, photos, elevations, key plans."""
+"""Blocks beside the plan on a sheet: tables, notes, photos, elevations, key plans."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fpnet_lab.sim.sheets.sketch import Rect, Rgb, Sketch, blank, smooth_noise
 
 
 def table(s: Sketch, rect: Rect) -> None:
-    """Draw rows and columns with words and numbers."""
+    """Draw a table of words and numbers."""
     left, top, right, bottom = rect
     rows = max(2, min(int(s.rng.integers(3, 30)), (bottom - top) // max(6, s.width(7))))
     columns = int(s.rng.integers(2, 7))
@@ -43,7 +43,7 @@ def table(s: Sketch, rect: Rect) -> None:
 
 
 def title_block(s: Sketch, rect: Rect) -> None:
-    """Draw nested boxes with texts, perhaps with a logo."""
+    """Draw nested boxes with texts and optionally a logo."""
     left, top, right, bottom = rect
     s.box(rect, s.paper if s.chance(0.7) else s.pale(), s.pen(), s.pick(1, 4))
     ys = np.unique(np.rint(np.sort(np.r_[top, bottom, s.rng.uniform(top, bottom, 6)])))
@@ -61,7 +61,7 @@ def title_block(s: Sketch, rect: Rect) -> None:
 
 
 def legend(s: Sketch, rect: Rect) -> None:
-    """Draw swatches, hatches or signs with names."""
+    """Draw colour swatches or hatches with names."""
     left, top, right, bottom = rect
     step = int(s.unit * s.pick(14, 26))
     if s.chance(0.5):
@@ -78,7 +78,7 @@ def legend(s: Sketch, rect: Rect) -> None:
 
 
 def hatched(s: Sketch, rect: Rect, colour: Rgb, gap: float) -> None:
-    """Draw slanted strokes in a rectangle."""
+    """Draw diagonal hatching in a rectangle."""
     left, top, right, bottom = rect
     part = s.pixels[max(top, 0) : bottom, max(left, 0) : right]
     height, width = part.shape[:2]
@@ -92,7 +92,7 @@ def hatched(s: Sketch, rect: Rect, colour: Rgb, gap: float) -> None:
 
 
 def key_plan(s: Sketch, rect: Rect) -> None:
-    """Draw a small outline of a building, one part of which is filled."""
+    """Draw a small outline of a building with one part filled."""
     left, top, right, bottom = rect
     x, y = np.meshgrid(np.linspace(left, right, 4), np.linspace(top, bottom, 4))
     kept = s.rng.random((3, 3)) < 0.7
@@ -109,7 +109,7 @@ def key_plan(s: Sketch, rect: Rect) -> None:
 
 
 def photo(s: Sketch, rect: Rect) -> None:
-    """Paste a scene: sky, ground, boxes, blobs and noise."""
+    """Paste a photo-like scene of boxes, blobs and noise."""
     left, top, right, bottom = rect
     s.pixels[top:bottom, left:right] = scene(s.rng, (bottom - top, right - left))
     if s.chance(0.4):
@@ -192,7 +192,7 @@ def elevation(s: Sketch, rect: Rect) -> None:
 
 
 def paragraph(s: Sketch, rect: Rect) -> None:
-    """Write lines of text, perhaps numbered and in a box."""
+    """Write lines of text, optionally numbered and in a box."""
     left, top, right, bottom = rect
     if s.chance(0.2):
         s.box(rect, s.pale() if s.chance(0.5) else None, s.pen())
@@ -236,7 +236,7 @@ def stamp(s: Sketch, rect: Rect) -> None:
 
 
 def code(s: Sketch, rect: Rect) -> None:
-    """Draw a square of black and white cells, or bars."""
+    """Draw a QR code or a barcode."""
     left, top, right, bottom = rect
     side = min(right - left, bottom - top)
     cells = (s.rng.random((25, 25)) < 0.5).astype(np.uint8) * 255
@@ -251,7 +251,7 @@ def code(s: Sketch, rect: Rect) -> None:
 
 
 def scale_bar(s: Sketch, rect: Rect) -> None:
-    """Draw alternating blocks or ticks, with numbers in metres or feet."""
+    """Draw a scale bar of alternating blocks or ticks, labelled in metres or feet."""
     left, top, right, _ = rect
     count, height = int(s.rng.integers(2, 8)), s.unit * s.pick(3, 8)
     xs, step = np.linspace(left, right, count + 1), int(s.rng.choice([1, 2, 5, 10]))
@@ -268,7 +268,7 @@ def scale_bar(s: Sketch, rect: Rect) -> None:
 
 
 def north(s: Sketch, rect: Rect) -> None:
-    """Draw one of several north arrows."""
+    """Draw a north arrow in a random style."""
     left, top, right, bottom = rect
     x, y, radius = (left + right) / 2, (top + bottom) / 2, min(right - left, bottom - top) / 2.3
     angle = s.pick(0, 2 * np.pi)
@@ -288,7 +288,7 @@ def north(s: Sketch, rect: Rect) -> None:
 
 
 def logo(s: Sketch, rect: Rect) -> None:
-    """Draw simple shapes in strong colours with a name."""
+    """Draw simple coloured shapes with a name."""
     left, top, right, bottom = rect
     side = min(right - left, bottom - top)
     if side < 6:
@@ -305,7 +305,7 @@ def logo(s: Sketch, rect: Rect) -> None:
 
 
 def headline(s: Sketch, rect: Rect) -> None:
-    """Write large letters and a smaller line."""
+    """Write a headline and a smaller line."""
     left, top, right, bottom = rect
     height = 0.5 * (bottom - top)
     s.text(s.words(2).title(), left, top, height, s.pen(), most_px=right - left)
@@ -318,7 +318,7 @@ def page_number(s: Sketch, rect: Rect) -> None:
 
 
 def scribble(s: Sketch, rect: Rect) -> None:
-    """Draw loops as of somebody's handwriting."""
+    """Draw loops that resemble handwriting."""
     left, top, right, bottom = rect
     t = np.linspace(0, 1, 160)
     colour = s.colour(0, 180)
@@ -355,11 +355,11 @@ BLOCK_MAKERS: dict[str, tuple[Block, tuple[float, float], tuple[float, float]]] 
     'headline': (headline, (0.2, 0.6), (0.04, 0.12)),
     'scribble': (scribble, (0.1, 0.3), (0.05, 0.2)),
 }
-"""How blocks are drawn, and their widths and heights as shares of the picture's; chosen."""
+"""Blocks with their ranges of width and height as shares of the picture; chosen."""
 
 
 def draw_block(s: Sketch, name: str) -> None:
-    """Draw a block where there is space for it."""
+    """Draw a block in a free place, if there is one."""
     make, wide, high = BLOCK_MAKERS[name]
     width, height = s.size
     rect = s.free((wide[0] * width, wide[1] * width), (high[0] * height, high[1] * height))
@@ -368,7 +368,7 @@ def draw_block(s: Sketch, name: str) -> None:
 
 
 def strip(s: Sketch, name: str, shape: tuple[int, int]) -> np.ndarray:
-    """Return a strip (H, W, 3) that is put at a side of a picture: a toolbar, banner, column."""
+    """Return a strip (H, W, 3) for one side of a picture: toolbar, banner, footer or column."""
     height, width = shape
     is_plain = name == 'column' or s.chance(0.2)
     ground = s.paper if is_plain else s.colour(0, 256)

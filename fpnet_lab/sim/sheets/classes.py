@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What each pixel of a sheet shows: the truth for whatever learns to read walls."""
+"""Ground truth classes of a sheet's pixels, for training wall segmentation."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from fpnet_lab.sim.sheets.storeys import PlacedStorey, facade, outlines_of, soli
 
 Classes = NDArray[np.uint8]
 
-_FINER = 2  # numerical: areas are painted on a raster so many times as fine
-_HALF = 0.5  # numerical: of a pixel is wall
+_FINER = 2  # numerical: supersampling factor
+_HALF = 0.5  # numerical: minimum share of a pixel for a class
 
 TEXT_BIT, SYMBOL_BIT = 1, 2
-"""Bits of an overlay map: letters; furniture, stairs and other symbols; given."""
+"""Bits of an overlay map: texts; furniture, stairs and other symbols; given."""
 
-_LETTER_HALF = 0.65  # half a line of text over the height of a capital; chosen
-_SPARE_PX = 2  # numerical: lines are so much wider in the overlay
+_LETTER_HALF = 0.65  # half the line height relative to the height of a capital; chosen
+_SPARE_PX = 2  # numerical: additional width of lines in the overlay
 _ARC_STEPS = 17  # numerical
 _SYMBOLS = (Role.FURNITURE, Role.STAIRS)
 
@@ -36,14 +36,14 @@ def sheet_classes(
     sheet: Sheet, H_pixel_image: Array | None = None, shape: tuple[int, int] | None = None
 ) -> Classes:
     """
-    Return the class (H, W) of each pixel, of :mod:`fpnet_core.io.pixel_classes`.
+    Return the pixel classes (H, W) as in :mod:`fpnet_core.io.pixel_classes`.
 
     Parameters
     ----------
-    sheet : what is shown
+    sheet : the sheet
     H_pixel_image : (3, 3)
-        From the sheet's pixels to those that are asked for; its own if None.
-    shape : rows and columns that are asked for; the sheet's own if None
+        Homography from the sheet's pixels to the target pixels; None: identity.
+    shape : rows and columns of the target; None: those of the sheet
     """
     H = np.eye(3) if H_pixel_image is None else H_pixel_image
     shape = shape or (sheet.pixels.shape[0], sheet.pixels.shape[1])
@@ -51,7 +51,7 @@ def sheet_classes(
     painter = _Painter(S @ H @ sheet.H_image_page, shape)
     for storey in sheet.storeys:
         _paint_storey(painter, storey, sheet)
-    for mark in sheet.artwork.marks:  # columns; walls once more where they are areas
+    for mark in sheet.artwork.marks:  # adds columns; repeats walls drawn as areas
         if isinstance(mark, Area) and mark.role is Role.WALL:
             painter.fill(list(mark.rings), WALL)
     return painter.classes()
@@ -61,10 +61,10 @@ def sheet_overlays(
     sheet: Sheet, H_pixel_image: Array | None = None, shape: tuple[int, int] | None = None
 ) -> Classes:
     """
-    Return what is written or drawn over the classes (H, W): :data:`TEXT_BIT`, :data:`SYMBOL_BIT`.
+    Return the overlay (H, W) of texts and symbols: :data:`TEXT_BIT`, :data:`SYMBOL_BIT`.
 
-    Parameters as for :func:`sheet_classes`. Texts are boxes about as large as their letters;
-    symbols are their lines and whatever closed lines surround.
+    Parameters are those of :func:`sheet_classes`. Texts are approximate bounding boxes; symbols
+    are their lines and the interior of closed lines.
     """
     H = (np.eye(3) if H_pixel_image is None else H_pixel_image) @ sheet.H_image_page
     shape = shape or (sheet.pixels.shape[0], sheet.pixels.shape[1])
@@ -83,7 +83,7 @@ def sheet_overlays(
 
 
 def _letter_box(mark: Letters) -> Array:
-    """Return the corners (4, 2) [m, page] of a line of text."""
+    """Return the bounding box corners (4, 2) [m, page] of a line of text."""
     width, half = LETTER_ASPECT * len(mark.text) * mark.height_m, _LETTER_HALF * mark.height_m
     left = 0.0 if mark.align == 'left' else -width / 2.0
     right = left + width
@@ -111,7 +111,7 @@ def _paint_symbol(symbols: Classes, mark: Stroke, H: Array, growth: float) -> No
     splits = np.cumsum([len(line) for line in lines])[:-1]
     corners = np.split(_corners(H, np.concatenate(lines)), splits)
     if is_closed:
-        # One by one: of all rings together those that overlap would be holes.
+        # Fill separately: filled together, overlapping rings would become holes.
         for ring in [corners] if isinstance(mark, Area) else [[line] for line in corners]:
             cv2.fillPoly(symbols, ring, SYMBOL_BIT)
     cv2.polylines(symbols, corners, is_closed, SYMBOL_BIT, round(width_px) + _SPARE_PX)
@@ -138,18 +138,18 @@ def _paint_storey(painter: _Painter, storey: PlacedStorey, sheet: Sheet) -> None
 
 
 class _Painter:
-    """Paints areas of the page finely; later ones cover earlier ones."""
+    """Painter of page areas on a supersampled raster; later areas cover earlier ones."""
 
     def __init__(self, H_fine_page: Array, shape: tuple[int, int]) -> None:
         self.H = H_fine_page
         self.fine = np.full((_FINER * shape[0], _FINER * shape[1]), OUTSIDE, np.uint8)
 
     def fill(self, rings: Sequence[Array], value: int) -> None:
-        """Fill rings (V, 2) [m, page], each within another a hole."""
+        """Fill rings (V, 2) [m, page]; a ring inside another is a hole."""
         paint_rings(self.fine, [map_points(self.H, ring) for ring in rings], value)
 
     def classes(self) -> Classes:
-        """Return what most of each pixel shows, what is solid first."""
+        """Return the majority class (H, W) of each pixel; ties go to the more solid class."""
         found = np.full([side // _FINER for side in self.fine.shape], OUTSIDE, np.uint8)
         size = (found.shape[1], found.shape[0])
         for value in (FLOOR, DOOR, WINDOW, WALL):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Fills and patterns by room or department, and arrows for visitors."""
+"""Fills and patterns by room or department, and visitor arrows."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _STRONG_ARROW_MM = (6.0, 14.0)
 
 @dataclass(frozen=True, eq=False)
 class Departments:
-    """Names with their fills, which rooms (R,) are theirs (-1: nobody's), and who is hatched."""
+    """Departments with fill colours, owner of each room (R,) (-1: none), and hatching flags."""
 
     names: tuple[str, ...]
     colours: tuple[Colour, ...]
@@ -51,7 +51,7 @@ class Departments:
 
 
 def draw_departments(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> Departments:
-    """Draw who has which rooms: neighbours mostly belong together; corridors are nobody's."""
+    """Sample the departments' rooms, mostly in clusters; corridors usually have no department."""
     count = int(rng.integers(3, _MOST_DEPARTMENTS + 1))
     names = tuple(rng.permutation(_DEPARTMENTS)[:count].tolist())
     middles = np.array([room.mean(axis=0) for room in storey.rooms])
@@ -60,13 +60,13 @@ def draw_departments(storey: PlacedStorey, look: Look, rng: np.random.Generator)
     stray = rng.random(len(middles)) < 0.1
     owner = np.where(stray, rng.integers(count, size=len(middles)), nearest)
     is_room = np.array([room.kind == 'room' for room in storey.plan.rooms])
-    is_room |= rng.random() < 0.3  # some colour their corridors, too
+    is_room |= rng.random() < 0.3  # some sheets also colour corridors
     hatched = rng.random(count) < (0.5 if Trait.PATTERNS in look.traits else 0.0)
     return Departments(names, _fills(rng, count), np.where(is_room, owner, -1), hatched)
 
 
 def _fills(rng: np.random.Generator, count: int) -> tuple[Colour, ...]:
-    """Draw fills that can be told apart: hues all around, most of them pale."""
+    """Sample distinguishable, mostly pale fill colours with evenly spaced hues."""
     hue = (rng.random() + np.arange(count) / count) % 1.0
     depth, value = float(rng.uniform(0.1, 0.55)), rng.uniform(0.82, 1.0, count)
     colours = []
@@ -80,7 +80,7 @@ def _fills(rng: np.random.Generator, count: int) -> tuple[Colour, ...]:
 def fill_marks(
     storey: PlacedStorey, departments: Departments, look: Look, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return fills and patterns of all rooms, and a ground for what is nobody's."""
+    """Return fills and patterns of all departments' rooms, and sometimes a fill of all floors."""
     marks: list[Mark] = []
     if rng.random() < 0.6:
         grey = float(rng.uniform(0.88, 1.0))
@@ -108,7 +108,7 @@ def _darker(colour: Colour) -> Colour:
 
 
 def arrow_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return fat arrows that point at the building, or walk down its corridors."""
+    """Return two thick arrows that point from outside at rooms of the building."""
     colour = _STRONG[int(rng.integers(len(_STRONG)))]
     middle = storey.on_page.extent.mean(axis=0)
     marks: list[Mark] = []

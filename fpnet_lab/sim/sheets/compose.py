@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Storeys, colours, texts and everything around them laid out on one sheet of paper."""
+"""Layout of storeys, colours, texts and surroundings on one sheet of paper."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_mark
 from fpnet_lab.sim.types import BuildingPlan
 
 # Chosen, not measured:
-_GAP_MM = 12.0  # between things on the sheet
+_GAP_MM = 12.0  # between elements of the sheet
 _CAPTION_MM = 10.0
 _BACKDROP_MM = 8.0
 _SITE_MM = 45.0
@@ -51,7 +51,7 @@ _SITE_MM = 45.0
 
 @dataclass(frozen=True)
 class Beside:
-    """What is no building, and where: ``what`` and its ``box`` [m, page]."""
+    """An element beside the building: its name ``what`` and its ``box`` [m, page]."""
 
     what: str
     box: Box
@@ -59,7 +59,7 @@ class Beside:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A sheet as drawn: its marks, the storeys and what stands beside them."""
+    """A composed sheet: its marks, the storeys and the elements beside them."""
 
     artwork: Artwork
     storeys: tuple[PlacedStorey, ...]
@@ -68,7 +68,7 @@ class Layout:
 
 @dataclass
 class _Sheet:
-    """Paper that is being filled: what has been drawn, and the look of it all."""
+    """A sheet during composition: its style, and the marks and elements drawn so far."""
 
     look: Look
     rng: np.random.Generator
@@ -92,18 +92,18 @@ def compose(
     is_blank: bool = False,
 ) -> Layout:
     """
-    Lay out storeys side by side or one above the other, and everything around them.
+    Lay out storeys side by side or one above the other, with their surroundings.
 
     Parameters
     ----------
     plans : one or two storeys
-    look : how they are drawn
-    rng : draws places, names and colours
-    is_blank : leave the marks out, for those who ask only for the size
+    look : drawing style
+    rng : random generator of positions, names and colours
+    is_blank : omit the marks, if only the size is needed
 
     Returns
     -------
-    Layout, the sheet's lower left corner at the origin of frame ``page``
+    Layout with the sheet's lower left corner at the origin of frame ``page``
     """
     turn = _draw_turn(look, rng)
     storeys = _place(plans, turn, look, rng)
@@ -133,7 +133,7 @@ def _draw_turn(look: Look, rng: np.random.Generator) -> float:
 def _place(
     plans: tuple[BuildingPlan, ...], turn: float, look: Look, rng: np.random.Generator
 ) -> tuple[PlacedStorey, ...]:
-    """Return the storeys with their bounds' lower left corners in a row or a column."""
+    """Return the storeys, arranged in a row or a column by the lower left of their bounds."""
     placed: list[PlacedStorey] = []
     at = np.zeros(2)
     axis = int(rng.integers(2))
@@ -157,7 +157,7 @@ def _bounds(storeys: tuple[PlacedStorey, ...]) -> tuple[Array, Array]:
 
 
 def _column_m(look: Look) -> float:
-    """Return the width of the column at the right for title block and legend [m]."""
+    """Return the width of the right-hand column for title block and legend [m]."""
     if not look.traits & {Trait.TITLE, Trait.LEGEND, Trait.NORTH}:
         return 0.0
     is_office = Trait.TITLE in look.traits and look.kind != 'brochure'
@@ -165,7 +165,7 @@ def _column_m(look: Look) -> float:
 
 
 def _space_m(look: Look, is_low: bool) -> Array:
-    """Return the space (2,) [m] to the left and below a building, or to the right and above."""
+    """Return the space (2,) [m] left of and below a building, or right of and above it."""
     space = look.outer_m + look.mm(page.FRAME_MM + _GAP_MM)
     if look.kind == 'clean':
         space = look.outer_m + 1.0
@@ -186,7 +186,7 @@ def _space_m(look: Look, is_low: bool) -> Array:
 def _minimum_size(
     size: tuple[float, float], look: Look, rng: np.random.Generator
 ) -> tuple[float, float]:
-    """Return a size that holds title block and legend, often of the shape of paper."""
+    """Return a size that fits title block and legend, often with a paper aspect ratio."""
     width, height = size
     if _column_m(look):
         height = max(height, look.mm(110.0))
@@ -218,7 +218,7 @@ def _draw_all(
     departments = draw_departments(storeys[0], look, rng) if sheet.has(Trait.FILLS) else None
     for number, storey in enumerate(storeys):
         if departments is not None:
-            mine = departments if number == 0 else _also(storey, departments, look, rng)
+            mine = departments if number == 0 else _other_rooms(storey, departments, look, rng)
             sheet.add(fill_marks(storey, mine, look, rng))
         draw = storey_marks if look.interior is None else interior_marks
         sheet.add(draw(storey, look, rng))
@@ -227,17 +227,17 @@ def _draw_all(
     _surround(sheet, storeys, departments, size, column_m)
 
 
-def _also(
+def _other_rooms(
     storey: PlacedStorey, departments: Departments, look: Look, rng: np.random.Generator
 ) -> Departments:
-    """Return the same departments on another storey."""
+    """Return another storey's room owners for the same departments."""
     other = draw_departments(storey, look, rng)
     owners = np.where(other.of_room < 0, -1, other.of_room % len(departments.names))
     return replace(departments, of_room=owners)
 
 
 def _backdrop(sheet: _Sheet, storeys: tuple[PlacedStorey, ...]) -> None:
-    """Draw a pale ground under and around the building."""
+    """Draw a pale background under and around the building."""
     margin = sheet.look.mm(_BACKDROP_MM)
     low, high = _bounds(storeys)
     (left, bottom), (right, top) = low - margin, high + margin
@@ -247,7 +247,7 @@ def _backdrop(sheet: _Sheet, storeys: tuple[PlacedStorey, ...]) -> None:
 
 
 def _write(sheet: _Sheet, storey: PlacedStorey, has_caption: bool) -> None:
-    """Write what belongs to one storey."""
+    """Draw the texts, dimensions, axes, arrows and caption of one storey."""
     look, rng = sheet.look, sheet.rng
     if look.interior is not None:
         sheet.add(interior_letters(storey, look, rng))
@@ -274,7 +274,7 @@ def _surround(
     size: tuple[float, float],
     column_m: float,
 ) -> None:
-    """Draw frame, title, legend, north arrow and scale bar where the layout left space."""
+    """Draw frame, title, legend, north arrow and scale bar in the space left by the layout."""
     look, rng = sheet.look, sheet.rng
     edge = look.mm(page.FRAME_MM)
     low, _ = _bounds(storeys)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is in rooms: stairs, lifts, columns, furniture, tiles, lines for what is overhead."""
+"""Contents of rooms: stairs, lifts, columns, furniture, tiles, overhead lines."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from fpnet_lab.sim.types import polygons_from_rings
 # Chosen, not measured:
 _TREAD_M = 0.28
 _STAIR_AREA_M2, _LIFT_AREA_M2 = (7.0, 30.0), (1.5, 5.0)
-_SQUARE = 0.95  # of its smallest rectangle that a room of stairs covers
+_SQUARE = 0.95  # minimum share of its bounding rectangle that a stair room covers
 _COLUMN_M, _COLUMN_EVERY_M = 0.4, 5.4
-_EAVES_M = (0.5, 1.2)  # how far a roof reaches beyond the walls
+_EAVES_M = (0.5, 1.2)  # overhang of a roof beyond the walls
 _BEAM_EVERY_M = (1.2, 3.0)
 _OVERHEAD_DASHES_MM = (3.0, 1.5)
 _TILE_M = (0.3, 0.6)
-_FAINT = 0.6  # of the way from a line's colour to white
+_FAINT = 0.6  # mixing ratio of white in a line's colour
 
 
 def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return what a look shows in the rooms of a storey, the lowest first."""
+    """Return the marks inside the rooms of a storey, the lowest first."""
     marks: list[Mark] = []
     if Trait.TILES in look.traits:
         marks += _tiles(storey, look, rng)
@@ -58,7 +58,7 @@ def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 def _furniture(
     storey: PlacedStorey, taken: set[int], look: Look, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return the symbols of furniture in rooms that are neither corridors nor ``taken``."""
+    """Return furniture symbols in rooms that are neither corridors nor ``taken``."""
     plan, pen = storey.on_page, look.pen(THIN_PEN_MM)
     ways = {number for number, room in enumerate(plan.rooms) if room.kind != 'room'}
     marks: list[Mark] = []
@@ -70,7 +70,7 @@ def _furniture(
 
 
 def _tiles(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return faint squares on the floors of a few rooms."""
+    """Return faint floor tiles in a few rooms."""
     side = max(float(rng.uniform(*_TILE_M)), 6.0 * look.resolution_m)
     pen = Pen(_fainter(look.line), look.pen(FAINT_PEN_MM).width_m)
     marks: list[Mark] = []
@@ -90,7 +90,7 @@ def _fainter(colour: Colour) -> Colour:
 
 
 def _overhead(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return dashed lines: the roof's edge around the building and beams above some rooms."""
+    """Return dashed lines of the roof's edge and of beams above some rooms."""
     pen = look.pen(THIN_PEN_MM, dashes_mm=_OVERHEAD_DASHES_MM)
     eaves = look.outer_m + float(rng.uniform(*_EAVES_M))
     lines = [np.vstack([ring, ring[:1]]) for ring in outlines_of(storey.shell(eaves))]
@@ -103,7 +103,7 @@ def _overhead(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> lis
 
 
 def stair_rooms(storey: PlacedStorey) -> list[tuple[bool, int]]:
-    """Return the numbers of up to two rooms that are stairs, and closets that are lifts (True)."""
+    """Return (is lift, room index) of up to two stair rooms and up to two lifts."""
     polygons = polygons_from_rings(storey.rooms)
     areas = shapely.area(polygons)
     squareness = areas / np.maximum(shapely.area(shapely.oriented_envelope(polygons)), 1e-9)
@@ -116,7 +116,7 @@ def stair_rooms(storey: PlacedStorey) -> list[tuple[bool, int]]:
 
 
 def _frame_of(room: Array) -> tuple[Array, Array, Array, float, float]:
-    """Return a rectangle's corner, its unit vectors along and across, and both lengths [m]."""
+    """Return a rectangle's corner, unit vectors along and across, and both side lengths [m]."""
     ring = shapely.get_coordinates(shapely.oriented_envelope(shapely.Polygon(room)))[:4]
     sides = np.roll(ring, -1, axis=0) - ring
     lengths = np.hypot(*sides.T)
@@ -126,7 +126,7 @@ def _frame_of(room: Array) -> tuple[Array, Array, Array, float, float]:
 
 
 def _stairs(room: Array, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return two flights side by side with treads, an arrow and a dashed break."""
+    """Return two parallel flights of stairs with treads, a centre line and an arrow."""
     corner, along, across, length, width = _frame_of(room)
     landing = min(1.4, 0.3 * length)
     at = np.arange(landing, length - landing, _TREAD_M)
@@ -155,7 +155,7 @@ def _lift(room: Array, look: Look) -> list[Mark]:
 
 
 def _columns(storey: PlacedStorey, look: Look) -> list[Mark]:
-    """Return square columns on a grid, where they stand well inside large rooms."""
+    """Return square columns on a grid, well inside large rooms only."""
     polygons = polygons_from_rings(storey.rooms)
     large = shapely.buffer(polygons[shapely.area(polygons) > 40.0], -1.5)
     (x0, y0), (x1, y1) = storey.on_page.extent

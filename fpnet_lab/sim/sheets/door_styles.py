@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Doors of a varied sheet, several looks on one sheet, entrances included."""
+"""Doors and entrances of a varied sheet, in several styles per sheet."""
 
 from __future__ import annotations
 
@@ -19,29 +19,26 @@ from fpnet_lab.sim.types import DOUBLE_LEAF_M
 # Chosen, not measured:
 _DASHES_MM = (1.5, 1.0)
 _FOLDS = 4
-_PANEL_OVERLAP = 0.1  # of two sliding panels over the width of the opening
-_CLOSED_LEAF = 0.3  # thickness of a shut leaf over that of its wall
+_PANEL_OVERLAP = 0.1  # overlap of two sliding panels relative to the width of the opening
+_CLOSED_LEAF = 0.3  # thickness of a closed leaf relative to its wall
 
 
 @dataclass(frozen=True, eq=False)
 class DoorHole:
-    """
-    A hole in a wall: ``start (2,)`` on the wall's middle line, the unit vectors ``along`` it and
-    ``normal`` towards where leaves open, its width and the wall's thickness [m].
-    """
+    """A door opening in a wall, with its local axes; vectors (2,), frame ``page`` [m]."""
 
-    start: Array
-    along: Array
-    normal: Array
+    start: Array  # on the wall's centre line
+    along: Array  # unit vector along the wall
+    normal: Array  # unit vector in the opening direction of leaves
     width_m: float
-    wall_m: float
+    wall_m: float  # thickness of the wall
 
     def at(self, along_m: float, normal_m: float) -> Array:
-        """Return a place (2,) relative to the start."""
+        """Return the point (2,) at offsets along and normal to the wall, from the start."""
         return np.asarray(self.start + along_m * self.along + normal_m * self.normal)
 
     def slab(self, a: Array, b: Array, thick_m: float) -> Array:
-        """Return a rectangle (4, 2) around the line from a to b, to its left."""
+        """Return a rectangle (4, 2) on the left of the line from ``a`` to ``b``."""
         step = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
         across = thick_m * np.array([-step[1], step[0]])
         return np.stack([a, b, b + across, a + across])
@@ -49,7 +46,7 @@ class DoorHole:
 
 @dataclass
 class Drawn:
-    """Lines, slabs (4, 2) and arcs (centre, radius, from and to) of doors in one paint."""
+    """Lines, slabs (4, 2), arcs (centre, radius, start, end) and sills of doors in one style."""
 
     lines: list[Array]
     slabs: list[Array]
@@ -58,7 +55,7 @@ class Drawn:
 
 
 def openings_of(storey: PlacedStorey, look: Look) -> list[DoorHole]:
-    """Return all doors of a storey and its entrances."""
+    """Return all doors and entrances of a storey."""
     found: list[DoorHole] = []
     for door in storey.on_page.doors:
         if door.is_open:
@@ -78,7 +75,7 @@ def openings_of(storey: PlacedStorey, look: Look) -> list[DoorHole]:
 def door_marks(
     storey: PlacedStorey, look: Look, style: InteriorStyle, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return the doors of a storey, each in one of the sheet's paints."""
+    """Return the doors of a storey, each in one of the sheet's door styles."""
     drawn: dict[int, Drawn] = defaultdict(lambda: Drawn([], [], [], []))
     for opening in openings_of(storey, look):
         number = int(rng.integers(len(style.doors)))
@@ -117,7 +114,7 @@ def _arc_marks(drawn: Drawn, pen: Pen) -> list[Mark]:
 
 
 def _hinges(o: DoorHole) -> list[tuple[Array, Array, float]]:
-    """Return each leaf's hinge, its direction when shut and its length."""
+    """Return the hinge, the closed direction and the length of each leaf."""
     if o.width_m <= DOUBLE_LEAF_M:
         return [(o.start, o.along, o.width_m)]
     return [
@@ -165,7 +162,7 @@ def _both_ways(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
 
 
 def _sliding(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
-    """Draw two panels within the opening, one behind the other, or one panel over half of it."""
+    """Add two overlapping sliding panels inside the opening."""
     thick = max(paint.slab_m, 0.05)
     half = (0.5 + _PANEL_OVERLAP / 2.0) * o.width_m
     into.slabs.append(o.slab(o.at(0.0, 0.0), o.at(half, 0.0), thick))
@@ -173,7 +170,7 @@ def _sliding(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
 
 
 def _pocket(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
-    """Draw one panel that slides along the wall's face, half open; some as thick as the wall."""
+    """Add one partly open panel that slides along the wall's face, sometimes as thick as it."""
     thick = o.wall_m if paint.is_filled and paint.slab_m > 0.0 else max(paint.slab_m, 0.05)
     face = o.wall_m / 2.0 + thick
     start = -np.cos(paint.angle_rad) * o.width_m
@@ -181,7 +178,7 @@ def _pocket(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
 
 
 def _folding(o: DoorHole, paint: DoorPaint, into: Drawn) -> None:
-    """Draw a zigzag over part of the opening."""
+    """Add a zigzag line across part of the opening."""
     reach = o.width_m * (0.3 + 0.6 * abs(np.cos(paint.angle_rad)))
     fold = 0.5 * o.width_m / _FOLDS
     at = np.linspace(0.0, reach, _FOLDS + 1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Artwork as DXF: layers, units, arcs, texts, dimensions and blocks as offices hand them out."""
+"""DXF export of artwork: layers, units, arcs, texts, dimensions and blocks."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ UNITS: dict[str, tuple[int, float]] = {
     'mm': (4, 1000.0),
     'unitless': (0, 1.0),
 }
-"""Given: units by name: their number in ``$INSUNITS`` and how many of them are a metre."""
+"""Given: units by name, with their code in ``$INSUNITS`` and their number per metre."""
 
 _WEIGHTS = (0, 5, 9, 13, 15, 18, 20, 25, 30, 35, 40, 50, 53, 60, 70, 80, 90, 100, 120, 140, 200)
-"""Given: line weights that DXF knows [0.01 mm]."""
+"""Given: line weights of DXF [0.01 mm]."""
 _BLACKISH = 0.3  # chosen
 _FULL_TURN_DEG = 360.0 - 1e-6  # numerical
 _BLOCK_ROLES = {Role.DOOR, Role.FURNITURE}
@@ -53,11 +53,11 @@ _ALIGN = {
 @dataclass(frozen=True)
 class DxfStyle:
     """
-    How an office writes DXF.
+    DXF conventions of an office.
 
-    ``unit`` is a key of :data:`UNITS`; ``origin`` is where the page's corner lies in model space
-    [m]; doors and furniture are blocks with ``blocks``, dimensions are strokes and texts where
-    they are ``exploded``; frame and title lie in paper space with ``paper_space``.
+    ``unit`` is a key of :data:`UNITS`; ``origin`` is the page's corner in model space [m].
+    ``blocks`` writes doors and furniture as blocks, ``exploded`` writes dimensions as strokes and
+    texts, and ``paper_space`` puts frame and title into paper space.
     """
 
     unit: str = 'mm'
@@ -68,15 +68,15 @@ class DxfStyle:
 
     @property
     def A_file_page(self) -> Affine2D:
-        """The map from page metres to drawing units, y up."""
+        """Transform from page metres to drawing units, y up."""
         per_m = UNITS[self.unit][1]
         return Similarity2D.from_scale_yaw(per_m, 0.0, per_m * np.array(self.origin))
 
 
 def draw_dxf_style(rng: np.random.Generator) -> DxfStyle:
-    """Draw how an office writes DXF."""
+    """Sample the DXF conventions of an office."""
     unit = str(rng.choice(list(UNITS), p=(0.3, 0.15, 0.45, 0.1)))
-    is_far = rng.random() < 0.15  # in a country's grid
+    is_far = rng.random() < 0.15  # national map grid
     origin = (3.5e6 + rng.uniform(0.0, 1e4), 5.4e6 + rng.uniform(0.0, 1e4)) if is_far else (0, 0)
     blocks, exploded, paper_space = (rng.random(3) < (0.5, 0.3, 0.3)).tolist()
     return DxfStyle(unit, (float(origin[0]), float(origin[1])), blocks, exploded, paper_space)
@@ -86,7 +86,7 @@ def write_dxf(
     artwork: Artwork, path: Path, layers: Mapping[Role, str], style: DxfStyle
 ) -> Affine2D:
     """
-    Write the artwork in model space; of a sheet on dark paper only the ink.
+    Write the artwork to model space, without the paper's colour.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def write_dxf(
 
 @contextmanager
 def _without_dates() -> Iterator[None]:
-    """Leave out dates and random identifiers, so that equal sheets are equal files."""
+    """Disable dates and random identifiers, so that equal sheets give equal files."""
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
     try:
@@ -126,7 +126,7 @@ def _without_dates() -> Iterator[None]:
 
 
 class _Writer:
-    """Adds marks to a layout, in its units."""
+    """Writer of marks to a layout, in the layout's units."""
 
     def __init__(
         self,
@@ -142,7 +142,7 @@ class _Writer:
         self._denominator = denominator
 
     def add(self, mark: Mark, is_exploded: bool = True) -> None:
-        """Add a mark; a dimension that is not to be exploded stays one."""
+        """Add a mark; dimensions remain dimension entities unless ``is_exploded``."""
         if isinstance(mark, Dimension) and not is_exploded:
             self._add_dimension(mark)
             return
@@ -157,7 +157,7 @@ class _Writer:
                 self._add_text(stroke)
 
     def add_as_block(self, block: BlockLayout, mark: Mark) -> None:
-        """Add a mark as a block in metres that is a quarter turn away from where it is shown."""
+        """Add a mark as a block in metres, rotated by 90 degrees when it is inserted."""
         turn = Similarity2D.from_scale_yaw(1.0, -np.pi / 2.0, (0.0, 0.0))
         _Writer(block, turn, self._layers, self._denominator).add(mark)
         x, y = self._A.apply(np.zeros(2)).tolist()
@@ -185,7 +185,7 @@ class _Writer:
                 self._layout.add_arc(at, r, start, end, dxfattribs=attributes)
 
     def _add_area(self, mark: Area) -> None:
-        """Add a solid hatch; of walls the outline, too."""
+        """Add a solid hatch, and for walls also the outline."""
         attributes = {'layer': self._layers[mark.role], **_ink(mark.colour)}
         hatch = self._layout.add_hatch(dxfattribs=attributes)
         for number, ring in enumerate(mark.rings):
@@ -244,7 +244,7 @@ class _Writer:
 
 
 def _ink(colour: Colour) -> dict[str, int]:
-    """Return a colour; what is nearly black is what stands out on paper and on dark screens."""
+    """Return the colour's DXF attributes; near-black is colour 7, visible on any background."""
     if max(colour) < _BLACKISH:
         return {'color': 7}
     r, g, b = (round(255.0 * value) for value in colour)

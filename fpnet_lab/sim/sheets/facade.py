@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where the outer walls of a varied sheet have windows and entrances."""
+"""Windows and entrances in the outer walls of a varied sheet."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fpnet_lab.sim.sheets.artwork import Array
 from fpnet_lab.sim.sheets.interior_style import InteriorStyle
 
 _PROBE_M = 0.05  # numerical
-_OVERLAP_M = 0.05  # numerical: how far an opening reaches into the room
+_OVERLAP_M = 0.05  # numerical: overlap of an opening with the room
 # Chosen, not measured:
 _LEAST_EDGE_M, _LEAST_PANE_M = 0.9, 0.4
 _ENTRANCE_M = (0.9, 2.4)
@@ -24,10 +24,10 @@ _JAMB_M = 0.25  # between an entrance and the ends of its wall
 @dataclass(frozen=True, eq=False)
 class Facade:
     """
-    Openings of outer walls [m, page].
+    Openings in outer walls [m, page].
 
-    ``panes (N, 4, 2)`` are windows, ``entrances (M, 4, 2)`` doors; two corners of each on the
-    room's outline, two outside.
+    ``panes (N, 4, 2)`` are windows, ``entrances (M, 4, 2)`` are doors, each with two corners on
+    the room's outline and two outside.
     """
 
     panes: Array
@@ -59,7 +59,7 @@ def draw_facade(
 
 
 def _outer_edges(rooms: list[Array], depth_m: float, shell: BaseGeometry) -> Array:
-    """Return the edges (E, 2, 2) of rooms behind which there is nothing."""
+    """Return the room edges (E, 2, 2) that face the outside."""
     edges = np.concatenate([np.stack([r, np.roll(r, -1, axis=0)], axis=1) for r in rooms])
     along = edges[:, 1] - edges[:, 0]
     length = np.hypot(*along.T)
@@ -89,7 +89,7 @@ def _entrance(edge: Array, length: float, depth_m: float, rng: np.random.Generat
 
 
 def _panes(edge: Array, depth_m: float, style: InteriorStyle) -> Array:
-    """Return the windows (N, 4, 2) of one wall, side by side."""
+    """Return the windows (N, 4, 2) of one wall, in a row."""
     paint, length = style.windows, float(np.linalg.norm(edge[1] - edge[0]))
     usable = paint.share * length
     count = max(1, int(np.ceil((usable + paint.gap_m) / (paint.longest_m + paint.gap_m))))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A sheet as files: pictures, PDF, SVG and DXF, and the truth beside them."""
+"""Export of a sheet as pictures, PDF, SVG and DXF, with ground truth."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from fpnet_lab.sim.sheets.sheet import Sheet
 from fpnet_lab.sim.sheets.svg import write_svg
 
 PICTURES, VECTORS = ('png', 'jpg'), ('pdf', 'svg', 'dxf')
-"""Formats by their suffixes."""
+"""File suffixes of raster and vector formats."""
 
 CLEAN_CELL_M = 0.05
-"""Cell edge of the clean floorplan beside a sheet. Chosen."""
+"""Cell edge of the clean floorplan written with a sheet. Chosen."""
 
 _POINTS_PER_MM = 72.0 / 25.4  # given
 _UNITS_PER_MM = (1.0, 96.0 / 25.4)  # given: SVG in millimetres, and in CSS pixels
-_FILE_STREAM, _PICTURE_STREAM = 1, 2  # given: of a sheet's seed: how its files are written
+_FILE_STREAM, _PICTURE_STREAM = 1, 2  # given: random streams of a sheet's seed for its files
 
 # Chosen, not measured:
 _PALETTE_SHARE, _PALETTE_COLOURS = 0.15, 64
 _ORIENTATION_TAG = 0x0112  # given
 _UPRIGHT = 1  # given
-# How the stored picture is turned against the artwork for each EXIF orientation, and its x and y
-# axes in the artwork's.
+# Rotation of the stored picture relative to the artwork for each EXIF orientation, and the
+# picture's x and y axes in the artwork.
 _HELD = {
     3: (Image.Transpose.ROTATE_180, (-1.0, 0.0), (0.0, -1.0)),
     6: (Image.Transpose.ROTATE_90, (0.0, 1.0), (-1.0, 0.0)),
@@ -48,14 +48,14 @@ _HELD_SHARES = (0.6, 0.1, 0.2, 0.1)  # upright, then as above
 
 def write_picture(sheet: Sheet, path: Path) -> Array:
     """
-    Write the sheet's pixels as PNG or JPEG; where JPEG has no transparency, on white.
+    Write the sheet's pixels as PNG, or as JPEG with transparency replaced by white.
 
-    Some PNGs have a palette, and some phones are held on their side and say so in EXIF.
+    Some PNGs have a palette; some phone pictures are stored rotated with an EXIF orientation.
 
     Returns
     -------
     H_file_image : (3, 3)
-        From the sheet's pixels to those that the file stores.
+        Homography from the sheet's pixels to the pixels stored in the file.
     """
     rng = np.random.default_rng([sheet.seed, _PICTURE_STREAM])
     image = Image.fromarray(sheet.pixels)
@@ -73,12 +73,12 @@ def write_picture(sheet: Sheet, path: Path) -> Array:
 
 
 def _write_turned(image: Image.Image, orientation: int, path: Path, quality: int) -> Array:
-    """Write a JPEG as a camera that is not upright does, and return the way to its pixels."""
+    """Write a rotated JPEG with EXIF orientation; return the map (3, 3) to its pixels."""
     turn, x, y = _HELD[orientation]
     exif = Image.Exif()
     exif[_ORIENTATION_TAG] = orientation
     image.transpose(turn).save(path, quality=quality, exif=exif)
-    # An axis that runs backwards begins at the other end.
+    # A reversed axis starts at the opposite end.
     last = np.array([image.width - 1.0, image.height - 1.0])
     return np.array(
         [[*row, -float(np.minimum(row, 0.0) @ last)] for row in (x, y)] + [[0.0, 0.0, 1.0]]
@@ -87,12 +87,12 @@ def _write_turned(image: Image.Image, orientation: int, path: Path, quality: int
 
 def write_vector(sheet: Sheet, path: Path) -> dict[str, Any]:
     """
-    Write the sheet as drawn (nobody scans a vector file) as PDF, SVG or DXF, by the suffix.
+    Write the sheet's artwork, without scan effects, as PDF, SVG or DXF by suffix.
 
     Returns
     -------
-    dict for JSON: ``A_file_page`` from page metres to the file's own units, and what else is
-    known of the file
+    dict for JSON: ``A_file_page`` from page metres to the file's units, and other properties of
+    the file
     """
     rng = np.random.default_rng([sheet.seed, _FILE_STREAM])
     layering = str(rng.choice(list(SHARES), p=list(SHARES.values())))
@@ -115,11 +115,11 @@ def write_vector(sheet: Sheet, path: Path) -> dict[str, Any]:
 
 def write_sheet(sheet: Sheet, folder: Path) -> dict[str, Any]:
     """
-    Write a sheet in every format, its truth, and each storey as a clean map_server floorplan.
+    Write a sheet in every format, its ground truth, and each storey as a map_server floorplan.
 
-    The folder gets ``sheet.png``, ``.jpg``, ``.pdf``, ``.svg``, ``.dxf``, ``truth.json``,
+    The folder contains ``sheet.png``, ``.jpg``, ``.pdf``, ``.svg``, ``.dxf``, ``truth.json``,
     ``rooms.png`` (true rooms in the picture's pixels) and ``plan.yaml``, for a second storey
-    ``plan-2.yaml``. Returns what is in ``truth.json``.
+    ``plan-2.yaml``. Returns the content of ``truth.json``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     files: dict[str, Any] = {}

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Floors of a varied sheet: fills, tiles, hatches and dots, by room or by department."""
+"""Floor patterns of a varied sheet: fills, tiles, hatches and dots, by room or department."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from fpnet_lab.sim.sheets.storeys import PlacedStorey, facade
 
 # Chosen, not measured:
 _FINEST_PITCH_PX = 6.0
-_MOST_CELLS = 2500  # of a room; larger rooms have larger tiles
-_BANDS = 12  # of a gradient
-_BRICK = 2.5  # length over height
-_SEPARATED = (0.5, 0.85)  # how light fills are between which light lines can be seen
+_MOST_CELLS = 2500  # maximum number of pattern cells per room; larger rooms have larger tiles
+_BANDS = 12  # number of bands of a gradient
+_BRICK = 2.5  # ratio of length to height
+_SEPARATED = (0.5, 0.85)  # brightness of fills that light separator lines contrast with
 
 
 def floor_marks(
     storey: PlacedStorey, look: Look, style: InteriorStyle, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return what lies on the floors."""
+    """Return the marks of the floors."""
     marks: list[Mark] = []
     if style.separator is not None:
         marks += _separated(storey, facade(storey, look), rng)
@@ -39,13 +39,13 @@ def floor_marks(
         chosen = near[:count] if rng.random() < 0.5 else rng.permutation(len(near))[:count]
         for index in chosen.tolist():
             colour = paint.colours[index % len(paint.colours)]
-            for ring in _bare_rim(storey.rooms[index], paint.inset_m):
+            for ring in _inset(storey.rooms[index], paint.inset_m):
                 marks += _floor(ring, paint, colour, look)
     return marks
 
 
 def _separated(storey: PlacedStorey, openings: Facade, rng: np.random.Generator) -> list[Mark]:
-    """Fill all rooms and doorways so strongly that light lines between them are seen."""
+    """Fill all rooms and doorways darkly enough to show light lines between them."""
     count = int(rng.integers(1, 6))
     depth = float(rng.uniform(0.2, 0.9))
     colours = [hue_colour(rng, depth, float(rng.uniform(*_SEPARATED))) for _ in range(count)]
@@ -61,7 +61,7 @@ def _separated(storey: PlacedStorey, openings: Facade, rng: np.random.Generator)
     return marks + [Area(Role.FILL, (ring,), colours[0]) for ring in openings.entrances]
 
 
-def _bare_rim(room: Array, inset_m: float) -> list[Array]:
+def _inset(room: Array, inset_m: float) -> list[Array]:
     if inset_m <= 0.0:
         return [room]
     parts = shapely.get_parts(shapely.buffer(shapely.Polygon(room), -inset_m, join_style='mitre'))
@@ -73,14 +73,14 @@ def _floor(ring: Array, paint: FloorPaint, colour: Colour, look: Look) -> list[M
         return [Area(Role.FILL, (ring,), colour)]
     edge = ring[1] - ring[0]
     angle = float(np.arctan2(edge[1], edge[0]))
-    if paint.kind == 'gradient':  # slanting bands would have teeth along the walls
+    if paint.kind == 'gradient':  # rotated bands would have jagged ends at the walls
         return _gradient(ring, angle, colour)
     angle += paint.angle_rad
     area = float(shapely.area(shapely.Polygon(ring)))
     pitch = max(paint.pitch_m, _FINEST_PITCH_PX * look.resolution_m, np.sqrt(area / _MOST_CELLS))
     pen = Pen(paint.pen, look.pen(FAINT_PEN_MM).width_m)
     marks: list[Mark] = []
-    if len(paint.colours) > 2:  # some patterns lie on a coloured ground
+    if len(paint.colours) > 2:  # some patterns have a coloured background
         marks.append(Area(Role.FILL, (ring,), colour))
     return marks + lines_of(Role.FILL, list(_strokes(ring, paint.kind, angle, pitch)), pen)
 
@@ -104,7 +104,7 @@ def _strokes(ring: Array, kind: str, angle: float, pitch: float) -> Array:
 
 
 def _gradient(ring: Array, angle: float, colour: Colour) -> list[Mark]:
-    """Return thick strokes side by side, each a little paler than the one before."""
+    """Return adjacent thick strokes, each slightly paler than the previous one."""
     R = turned(angle)
     across = ring @ R[1]
     width = float(np.ptp(across)) / _BANDS

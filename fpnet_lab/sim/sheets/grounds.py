@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The grounds of a building on varied sheets: lawn, roads, trees, neighbours, terraces, pools."""
+"""Grounds around the building of varied sheets: lawn, roads, trees, neighbours, terraces."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from fpnet_lab.sim.sheets.sketch import Array, Sketch, smooth_noise
 
 # All sizes, counts and colours here are chosen, not measured.
 
-_COARSE_PX = 260  # numerical: contours are found on a raster so large
+_COARSE_PX = 260  # numerical: longer side of the raster for finding contours
 
 
 @dataclass
 class Grounds:
     """
-    The grounds of a building on a picture.
+    The grounds of a building in a picture.
 
     Parameters
     ----------
-    s : what is drawn on; what lies on the building is cut out later
-    built : all that is built, y down [px]
-    per_m : pixels in a metre
+    s : the drawing surface; parts over the building are removed later
+    built : the building's shape, y down [px]
+    per_m : pixels per metre
     """
 
     s: Sketch
@@ -42,7 +42,7 @@ class Grounds:
         return a, b, c, d
 
     def ring(self, far_px: float, is_round: bool = False) -> list[Array]:
-        """Return closed lines (V, 2) so far around the building."""
+        """Return closed lines (V, 2) around the building at a distance of ``far_px``."""
         style = 'round' if is_round else 'mitre'
         grown = shapely.buffer(self.built, far_px, join_style=style)
         return [
@@ -53,13 +53,13 @@ class Grounds:
 
     @property
     def gap(self) -> float:
-        """A short way from the building [px]."""
+        """Random short distance from the building [px]."""
         width, height = self.s.size
         return float(self.s.rng.uniform(0.008, 0.05)) * max(width, height)
 
 
 def contours(site: Grounds) -> None:
-    """Draw lines of equal height, some of which close around the building."""
+    """Draw contour lines of the terrain, some of them closed around the building."""
     s = site.s
     width, height = s.size
     f = _COARSE_PX / max(width, height)
@@ -87,7 +87,7 @@ def contours(site: Grounds) -> None:
 
 
 def lawn(site: Grounds) -> None:
-    """Fill ground around the building, perhaps only a part, perhaps dotted."""
+    """Fill all or part of the ground around the building, optionally dotted."""
     s = site.s
     colour = (s.pale(), s.colour(150, 235), (190, 220, 170), (150, 190, 120))[
         int(s.rng.integers(4))
@@ -104,7 +104,7 @@ def lawn(site: Grounds) -> None:
 
 
 def road(site: Grounds) -> None:
-    """Draw a road past the building, with a line in the middle and a name."""
+    """Draw a road past the building, with a centre line and a name."""
     s = site.s
     width, height = s.size
     left, top, right, bottom = site.bounds
@@ -134,7 +134,7 @@ def road(site: Grounds) -> None:
 
 
 def parking(site: Grounds) -> None:
-    """Draw a row of bays, some with cars, near the building."""
+    """Draw a row of parking bays near the building, some with cars."""
     s = site.s
     left, top, right, bottom = site.bounds
     wide, deep = 2.5 * site.per_m, 5.0 * site.per_m
@@ -163,7 +163,7 @@ def parking(site: Grounds) -> None:
 
 
 def trees(site: Grounds) -> None:
-    """Draw crowns of one look, some near the building's walls."""
+    """Draw tree crowns in one style, some close to the building's walls."""
     s = site.s
     width, height = s.size
     look = int(s.rng.integers(5))
@@ -188,7 +188,7 @@ def trees(site: Grounds) -> None:
 
 
 def hedge(site: Grounds) -> None:
-    """Draw a row of bushes along a line around the building."""
+    """Draw a row of bushes along lines around the building."""
     s = site.s
     radius = site.per_m * s.pick(0.4, 1.0)
     green, pen = s.colour(80, 220), s.pen()
@@ -201,7 +201,7 @@ def hedge(site: Grounds) -> None:
 
 
 def neighbours(site: Grounds) -> None:
-    """Draw outlines of other buildings: filled, hatched or bare, some wall to wall."""
+    """Draw other buildings: filled, hatched or outlined, some adjoining the building."""
     s = site.s
     width, height = s.size
     left, top, right, bottom = site.bounds
@@ -211,7 +211,7 @@ def neighbours(site: Grounds) -> None:
     for _ in range(int(s.rng.integers(1, 7))):
         w, h = s.pick(0.08, 0.4) * width, s.pick(0.08, 0.4) * height
         x, y = s.pick(-0.1, 0.9) * width, s.pick(-0.1, 0.9) * height
-        if s.chance(0.3):  # wall to wall
+        if s.chance(0.3):  # adjoining
             x = left - w if s.chance(0.5) else right
             y = s.pick(top - h / 2, bottom - h / 2)
         rect = (int(x), int(y), int(x + w), int(y + h))
@@ -227,7 +227,7 @@ def neighbours(site: Grounds) -> None:
 
 
 def terrace(site: Grounds) -> None:
-    """Draw a tiled deck or slab that touches the building."""
+    """Draw tiled decks or slabs that touch the building."""
     s = site.s
     left, top, right, bottom = site.bounds
     for _ in range(int(s.rng.integers(1, 4))):
@@ -267,7 +267,7 @@ def pool(site: Grounds) -> None:
 
 
 def court(site: Grounds) -> None:
-    """Show courtyards within the building as lawn, paving or with trees."""
+    """Draw lawn, paving or trees in the building's courtyards."""
     s = site.s
     for part in shapely.get_parts(site.built).tolist():
         for hole in part.interiors:
@@ -286,7 +286,7 @@ def court(site: Grounds) -> None:
 
 
 def boundary(site: Grounds) -> None:
-    """Draw a plot's boundary with posts."""
+    """Draw a plot boundary with posts."""
     s = site.s
     hull = shapely.buffer(site.built.convex_hull, site.gap * s.pick(1, 4), join_style='mitre')
     ring = shapely.get_coordinates(hull.simplify(2 * site.gap))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes within polygons, without a geometry library's call for each."""
+"""Vectorized hatching and patterns in polygons."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _MOST_STROKES = 600  # numerical: finer hatching is coarsened
 
 
 def turned(angle_rad: float) -> Array:
-    """Return the matrix (2, 2) whose rows are the axes of a frame turned by an angle."""
+    """Return the matrix (2, 2) with the axes of a rotated frame as rows."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[c, s], [-s, c]])
 
 
 def hatched(rings: Sequence[Array], angle_rad: float, spacing_m: float) -> Array:
-    """Return parallel strokes (K, 2, 2) [m] that fill rings (V, 2), inner ones being holes."""
+    """Return parallel strokes (K, 2, 2) [m] that fill rings (V, 2); inner rings are holes."""
     none = np.zeros((0, 2, 2))
     if not any(len(ring) for ring in rings):
         return none
@@ -47,7 +47,7 @@ def hatched(rings: Sequence[Array], angle_rad: float, spacing_m: float) -> Array
 
 
 def chord(ring: Array, xy: Array, along: Array) -> tuple[Array, Array] | None:
-    """Return where a line through a place inside a ring meets it on either side."""
+    """Return the two points where a line through a point inside a ring meets the ring."""
     across = np.array([-along[1], along[0]])
     offset = (ring - xy) @ np.stack([along, across]).T
     nxt = np.roll(offset, -1, axis=0)
@@ -64,18 +64,18 @@ def chord(ring: Array, xy: Array, along: Array) -> tuple[Array, Array] | None:
 
 def pattern(ring: Array, angle_rad: float, cell: Array, size: Array, row_shift: float) -> Array:
     """
-    Return copies (K, 2, 2) [m] of a cell's strokes that lie within a ring.
+    Return copies (K, 2, 2) [m] of a pattern cell's strokes that are inside a ring.
 
     Parameters
     ----------
     ring : (V, 2)
-        What is filled [m].
-    angle_rad : of the pattern's rows
+        Outline of the filled area [m].
+    angle_rad : direction of the pattern's rows
     cell : (C, 2, 2)
-        Strokes of one cell [m], from its lower left corner.
+        Strokes of one cell [m], relative to its lower left corner.
     size : (2,)
-        Of the cell [m]
-    row_shift : share of a cell by which each row is shifted against the one below
+        Size of the cell [m].
+    row_shift : offset of each row relative to the row below, as a share of a cell
     """
     R = turned(angle_rad)
     local = ring @ R.T

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A storey of a varied sheet as marks: floors, walls, doors, what is in rooms, what is written."""
+"""Marks of a storey of a varied sheet: floors, walls, doors, room contents, texts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fpnet_lab.sim.sheets.wall_styles import wall_marks
 
 Draw = Callable[[RoomFrame, Brush], list[Mark]]
 
-# Chosen, not measured: what fits into rooms of which shorter side [m] and area [m2].
+# Chosen, not measured: symbols with the room's minimum shorter side [m] and range of area [m2].
 _ROOMY: dict[str, tuple[Draw, float, float, float]] = {
     'desks': (symbols_room.desks, 1.8, 6.0, 200.0),
     'wall to wall': (symbols_room.wall_to_wall, 1.2, 2.0, 60.0),
@@ -54,7 +54,7 @@ _OVERHEAD: dict[str, Draw] = {
 
 
 def interior_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return floors, walls, windows, doors and symbols, the lowest first."""
+    """Return marks of floors, walls, windows, doors and symbols, the lowest first."""
     style = look.interior
     if style is None:
         return []
@@ -80,7 +80,7 @@ def interior_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -
 
 
 def interior_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return what is written into rooms."""
+    """Return icons, labels and dimensions inside rooms."""
     style = look.interior
     if style is None:
         return []
@@ -105,7 +105,7 @@ def _room_symbols(
     rng: np.random.Generator,
     taken: set[int],
 ) -> list[Mark]:
-    """Return one thing per room of those that fit, and what is above; add rooms to ``taken``."""
+    """Return one fitting symbol per room, and overhead marks; add used rooms to ``taken``."""
     marks: list[Mark] = []
     overhead = [_OVERHEAD[name] for name in style.room_symbols if name in _OVERHEAD]
     for number, room in enumerate(storey.rooms):

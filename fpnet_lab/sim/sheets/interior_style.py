@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Components drawn within the building of a varied sheet, each chosen on its own."""
+"""Random styles of components inside the building of a varied sheet."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ ROOM_SYMBOLS: dict[str, float] = {
     'chain': 0.3,
     'icons': 0.15,
 }
-"""What may stand in a room or be written into it, with shares of sheets that show it; chosen."""
+"""Symbols and texts of single rooms, with shares of sheets that show them; chosen."""
 
 STOREY_SYMBOLS: dict[str, float] = {
     'columns': 0.25,
@@ -96,16 +96,16 @@ STOREY_SYMBOLS: dict[str, float] = {
     'wires': 0.12,
     'furniture': 0.25,
 }
-"""What spreads over a storey, with shares of sheets that show it; chosen."""
+"""Symbols that extend over a storey, with shares of sheets that show them; chosen."""
 
 
 @dataclass(frozen=True)
 class DoorPaint:
     """
-    How some of a sheet's doors are drawn.
+    Style of some of a sheet's doors.
 
-    ``angle_rad`` is how far a leaf stands open, ``sills`` how many lines cross the opening,
-    ``slab_m`` a leaf's thickness (0: a line) and ``colour`` None for the sheet's lines.
+    ``angle_rad`` is the opening angle of a leaf, ``sills`` the number of lines across the
+    opening, ``slab_m`` a leaf's thickness (0: a line); ``colour`` None is the sheet's line colour.
     """
 
     kind: DoorKind
@@ -120,7 +120,7 @@ class DoorPaint:
 
 @dataclass(frozen=True)
 class WallPaint:
-    """How outer or inner walls are drawn: what is between their faces, and the pen of these."""
+    """Style of outer or inner walls: their fill, and the pen of their outlines."""
 
     kind: WallKind
     colour: Colour
@@ -132,10 +132,10 @@ class WallPaint:
 @dataclass(frozen=True)
 class WindowPaint:
     """
-    How windows look and how much of a wall they take.
+    Style and size of windows.
 
-    At most ``share`` of an edge in panes of at most ``longest_m``, ``gap_m`` apart; ``lines``
-    between the faces.
+    Panes cover at most ``share`` of an edge, with a maximum length of ``longest_m`` and gaps of
+    ``gap_m``; ``lines`` is the number of lines between the wall's faces.
     """
 
     kind: WindowKind
@@ -149,7 +149,7 @@ class WindowPaint:
 
 @dataclass(frozen=True)
 class FloorPaint:
-    """How the floors of some rooms are covered; ``inset_m`` is the rim that stays bare."""
+    """Floor style of a share of the rooms; ``inset_m`` is the width of the empty rim."""
 
     kind: FloorKind
     share: float
@@ -162,7 +162,7 @@ class FloorPaint:
 
 @dataclass(frozen=True)
 class TagStyle:
-    """How rooms are labelled: which ``lines``, in which script, how large, turned and framed."""
+    """Style of room labels: their ``lines``, script, unit, size, rotation, frame and colour."""
 
     lines: tuple[str, ...]
     script: str
@@ -176,7 +176,7 @@ class TagStyle:
 
 @dataclass(frozen=True)
 class FurniturePaint:
-    """Fill and pen of furniture; None for no fill and for the sheet's line colour."""
+    """Fill and pen of furniture; None means no fill, or the sheet's line colour."""
 
     fill: Colour | None
     colour: Colour | None
@@ -186,12 +186,12 @@ class FurniturePaint:
 @dataclass(frozen=True)
 class InteriorStyle:
     """
-    Which components a sheet shows within its building.
+    Style of the components inside a sheet's building.
 
-    ``seed`` is of what drawing and truth must agree on, ``separator`` the light colour of inner
-    walls between filled rooms, ``has_lines`` whether inner walls are mere lines,
-    ``glass_share`` how many rooms stand behind glass, and ``has_lengths`` whether dimensions say
-    how long they are.
+    ``seed`` is the seed of random choices shared by drawing and ground truth, ``separator`` the
+    light colour of inner walls between filled rooms, ``has_lines`` whether inner walls are single
+    lines, ``glass_share`` the share of rooms with glass walls, and ``has_lengths`` whether
+    dimensions have a text.
     """
 
     seed: int
@@ -218,7 +218,7 @@ class InteriorStyle:
 
 
 def draw_interior_style(rng: np.random.Generator) -> InteriorStyle:
-    """Draw a combination of components."""
+    """Sample a combination of components."""
     outer = _wall_paint(rng)
     separator = _light(rng) if rng.random() < 0.14 else None
     return InteriorStyle(
@@ -247,14 +247,14 @@ def draw_interior_style(rng: np.random.Generator) -> InteriorStyle:
 
 
 def hue_colour(rng: np.random.Generator, depth: float, value: float) -> Colour:
-    """Draw a colour of any hue: ``depth`` 0 is grey, ``value`` 1 is as light as it gets."""
+    """Sample a colour of random hue with saturation ``depth`` and brightness ``value``."""
     angles = (rng.random() + np.arange(3) / 3.0) * 2.0 * np.pi
     r, g, b = (value * (1.0 - depth * (0.5 + 0.5 * np.cos(angles)))).tolist()
     return (r, g, b)
 
 
 def grey(value: float) -> Colour:
-    """Return a grey, 0 black and 1 white."""
+    """Return a grey from 0 (black) to 1 (white)."""
     return (value, value, value)
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How offices name the layers of their drawings."""
+"""Layer naming conventions of vector drawings."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ LAYERINGS: dict[str, dict[Role, str]] = {
     },
     'none': dict.fromkeys(Role, '0'),
 }
-"""Layer names by what a mark stands for; some offices draw everything on one layer."""
+"""Layer names by role of a mark; ``none`` puts everything on one layer."""
 
 SHARES = {'national': 0.35, 'german': 0.25, 'plain': 0.2, 'numbered': 0.1, 'none': 0.1}
-"""Of drawings. Chosen."""
+"""Shares of drawings by layering. Chosen."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How people write lengths and areas, always true ones."""
+"""Notations of lengths and areas, without errors in the values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _SQUARE_FOOT_M2 = (_FOOT_IN * INCH_M) ** 2  # given: by definition
 
 
 def feet_and_inches(metres: float, has_inches: bool) -> str:
-    """Return a length such as ``12'-6"``, or ``12'`` to the whole foot."""
+    """Return a length in the format ``12'-6"``, or ``12'`` rounded to a foot."""
     inches = round(metres / INCH_M)
     if not has_inches:
         return f"{round(inches / _FOOT_IN)}'"
@@ -32,7 +32,7 @@ def length_text(metres: float, unit: int) -> str:
 
 
 def size_text(long_m: float, short_m: float, unit: int) -> str:
-    """Return a room's two sides in one of six notations."""
+    """Return a room's two side lengths in one of six notations."""
     if unit % 6 == 4:
         is_coarse = round(1e3 * long_m) % 2 == 0
         sides = [feet_and_inches(side, has_inches=not is_coarse) for side in (long_m, short_m)]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is written on a storey: room numbers, dimensions with true numbers, the axes of columns."""
+"""Texts on a storey: room labels, dimensions with true lengths, column axes."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from fpnet_lab.sim.sheets.storeys import PlacedStorey
 from fpnet_lab.sim.types import PlanRoom
 
 LETTER_ASPECT = 0.85
-"""Width of an average letter over the height of a capital. Chosen."""
+"""Mean width of a letter relative to the height of a capital. Chosen."""
 
 # Chosen, not measured:
-_LINE_PITCH = 1.7  # from line to line over the height of a capital
+_LINE_PITCH = 1.7  # line spacing relative to the height of a capital
 _LINES_SHOWN = ((0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2), (1, 2))
-_TIGHT = 0.65  # letters may shrink to this share to fit into a room
+_TIGHT = 0.65  # minimum scale of letters to fit into a room
 _DIMENSION_PEN_MM = 0.13
 _DIMENSION_MM, _ROW_MM, _TICK_MM = 2.0, 9.0, 2.0
-_EDGE_M = 1.2  # rooms whose edge is so near to a side of the building are seen from there
+_EDGE_M = 1.2  # maximum distance to a side of the building of the rooms dimensioned there
 _SHORTEST_DIMENSION_M = 0.8
 _AXIS_MM, _AXIS_EVERY_M = 4.0, 6.0
 _AXIS_DASHES_MM = (8.0, 2.0, 1.0, 2.0)
@@ -34,7 +34,7 @@ Number = Callable[[float], str]
 
 
 def room_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return each room's number, name or area where there is space for it."""
+    """Return room numbers, names or areas, where they fit."""
     shown = _LINES_SHOWN[int(rng.integers(len(_LINES_SHOWN)))]
     marks: list[Mark] = []
     labels = room_labels(storey.on_page, rng, int(rng.integers(5)))
@@ -60,7 +60,7 @@ def room_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 
 
 def _half_chord_m(room: PlanRoom, xy: tuple[float, float], axis: int) -> float:
-    """Return how far a line along x (0) or y (1) reaches from a place to the nearer wall [m]."""
+    """Return the distance along x (0) or y (1) from a point to the nearer wall [m]."""
     edges = np.stack([room.polygon, np.roll(room.polygon, -1, axis=0)], axis=1)
     along, across = edges[..., axis], edges[..., 1 - axis]
     crosses = (across[:, 0] > xy[1 - axis]) != (across[:, 1] > xy[1 - axis])
@@ -72,7 +72,7 @@ def _half_chord_m(room: PlanRoom, xy: tuple[float, float], axis: int) -> float:
 
 
 def draw_number_format(rng: np.random.Generator) -> Number:
-    """Draw how an office writes lengths: metres with a point or comma, centimetres, mm."""
+    """Sample a notation of lengths: metres with point or comma, millimetres or centimetres."""
     formats: tuple[Number, ...] = (
         lambda metres: f'{metres:.2f}',
         lambda metres: f'{metres:.2f}'.replace('.', ','),
@@ -83,7 +83,7 @@ def draw_number_format(rng: np.random.Generator) -> Number:
 
 
 def dimension_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return chains of dimensions below and to the left of a building, and the total of each."""
+    """Return dimension chains below and left of a building, each with its total."""
     number = draw_number_format(rng)
     outer = look.outer_m
     low, high = storey.on_page.extent + np.array([[-outer], [outer]])
@@ -98,12 +98,12 @@ def dimension_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) 
 
 
 def dimension_space_m(look: Look) -> float:
-    """Return how much space dimensions take beside a building [m]."""
+    """Return the space for dimensions beside a building [m]."""
     return look.outer_m + look.mm(3.0 * _ROW_MM)
 
 
 def _stations(storey: PlacedStorey, axis: int, side: float) -> Array:
-    """Return where the rooms along the lower or left side begin and end [m]."""
+    """Return the start and end coordinates of rooms along the lower or left side [m]."""
     bounds = np.array([(r.min(axis=0), r.max(axis=0)) for r in storey.rooms])
     near = bounds[:, 0, 1 - axis] < side + _EDGE_M
     stations = np.sort(np.round(bounds[near][:, :, axis], 3).ravel())
@@ -117,22 +117,20 @@ def _stations(storey: PlacedStorey, axis: int, side: float) -> Array:
 def _dimension_row(
     stations: Array, at: float, axis: int, look: Look, number: Number
 ) -> list[Mark]:
-    """Return one row of dimensions along an axis (0 is x) below or left of what is measured."""
+    """Return one row of dimensions along an axis (0: x) below or left of the building."""
     height = max(look.mm(_DIMENSION_MM), 0.8 * look.letter_m)
-    update, pen = look.mm(_TICK_MM), look.pen(_DIMENSION_PEN_MM)
+    tick, pen = look.mm(_TICK_MM), look.pen(_DIMENSION_PEN_MM)
     marks: list[Mark] = []
     for a, b in pairwise(stations.tolist()):
         text = number(b - a) if len(number(b - a)) * LETTER_ASPECT * height < b - a else ''
         start, end = ((a, at), (b, at)) if axis == 0 else ((at, a), (at, b))
-        feet = (0.0, 2.0 * update) if axis == 0 else (2.0 * update, 0.0)
-        marks.append(
-            Dimension(start, end, feet, text, height, update, pen, look.letters, look.font)
-        )
+        feet = (0.0, 2.0 * tick) if axis == 0 else (2.0 * tick, 0.0)
+        marks.append(Dimension(start, end, feet, text, height, tick, pen, look.letters, look.font))
     return marks
 
 
 def axis_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
-    """Return dash-dotted axes right through a building, each with a numbered bubble."""
+    """Return dash-dotted axes across a building, each with a labelled bubble."""
     (x0, y0), (x1, y1) = storey.on_page.extent
     reach, radius = look.mm(14.0), look.mm(_AXIS_MM)
     pen = look.pen(0.13, dashes_mm=_AXIS_DASHES_MM)
@@ -153,5 +151,5 @@ def axis_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
 
 
 def axis_space_m(look: Look) -> float:
-    """Return how much space axes take above and to the right of a building [m]."""
+    """Return the space for axes above and right of a building [m]."""
     return look.mm(14.0 + 3.0 * _AXIS_MM)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What a varied sheet writes into its rooms: labels, dimensions across rooms and doorways."""
+"""Texts inside the rooms of a varied sheet: labels, dimensions of rooms and doorways."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ _NAMES: dict[str, tuple[str, ...]] = {
     'greek': ('Γραφείο', 'Κουζίνα', 'Αίθουσα', 'Διάδρομος', 'Λουτρό', 'Αποθήκη', 'Υπνοδωμάτιο'),
 }  # fmt: skip
 # Chosen, not measured:
-_PITCH = 1.7  # from line to line over the height of a capital
-_TIGHT = 0.5  # letters may shrink to this share to fit into a room
+_PITCH = 1.7  # line spacing relative to the height of a capital
+_TIGHT = 0.5  # minimum scale of letters to fit into a room
 _SHORTEST_M = 0.6
 _TICK_MM = 1.6
-_TEXT_GAP = 0.9  # of a number above its line over the height of a capital
+_TEXT_GAP = 0.9  # distance of a number above its line relative to the height of a capital
 
 
 def tag_marks(
     storey: PlacedStorey, look: Look, style: TagStyle, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return labels of rooms."""
+    """Return the labels of rooms."""
     marks: list[Mark] = []
     font = look.font
     if style.script in {'cyrillic', 'greek'} and 'DejaVu' not in font:
@@ -119,7 +119,7 @@ def _framed(
 
 
 def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bool) -> list[Mark]:
-    """Return a line between two places, what marks its ends, and its true length."""
+    """Return a dimension line between two points with end marks and its true length."""
     length = float(np.linalg.norm(b - a))
     if length < _SHORTEST_M:
         return []
@@ -129,7 +129,7 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
     across = np.array([-along[1], along[0]])
     text, height = length_text(length, style.length_unit), 0.75 * look.letter_m
     wide = len(text) * LETTER_ASPECT * height
-    pen, update = look.pen(style.dimension_mm), look.mm(_TICK_MM)
+    pen, tick = look.pen(style.dimension_mm), look.mm(_TICK_MM)
     middle = (a + b) / 2.0
     has_text = style.has_lengths and wide < 0.8 * length
     lines = [np.stack([a, b])]
@@ -138,16 +138,14 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
         lines = [np.stack([a, middle - gap]), np.stack([middle + gap, b])]
     marks: list[Mark] = []
     if style.arrow == 0:
-        lines += arrow_head(a, b, update) + arrow_head(b, a, update)
+        lines += arrow_head(a, b, tick) + arrow_head(b, a, tick)
     elif style.arrow == 1:
-        slant = (along + across) * update / 2.0
+        slant = (along + across) * tick / 2.0
         lines += [np.stack([end - slant, end + slant]) for end in (a, b)]
     elif style.arrow == 2:
-        marks.append(
-            Area(Role.DIMENSION, (disc(a, 0.3 * update), disc(b, 0.3 * update)), pen.colour)
-        )
+        marks.append(Area(Role.DIMENSION, (disc(a, 0.3 * tick), disc(b, 0.3 * tick)), pen.colour))
     else:
-        lines += [np.stack([end - across * update, end + across * update]) for end in (a, b)]
+        lines += [np.stack([end - across * tick, end + across * tick]) for end in (a, b)]
     marks.append(Lines(Role.DIMENSION, tuple(lines), pen))
     if has_text:
         x, y = (middle if is_split else middle + _TEXT_GAP * height * across).tolist()
@@ -159,7 +157,7 @@ def dimension(a: Array, b: Array, look: Look, style: InteriorStyle, is_split: bo
 def dimension_marks_inside(
     storey: PlacedStorey, look: Look, style: InteriorStyle, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return dimensions across rooms, through several rooms, and in doorways."""
+    """Return dimensions across single rooms, across several rooms, and in doorways."""
     marks: list[Mark] = []
     is_split = bool(rng.random() < 0.4)
     if 'across room' in style.room_symbols:
@@ -199,7 +197,7 @@ def _chain(
     style: InteriorStyle,
     rng: np.random.Generator,
 ) -> list[Mark]:
-    """Return the dimensions of all rooms that one straight line through the storey crosses."""
+    """Return the dimensions of all rooms along one straight line through the storey."""
     middles = np.array([room.mean(axis=0) for room in storey.rooms])
     place = middles[int(rng.integers(len(middles)))] + rng.uniform(-0.5, 0.5, 2)
     edge = storey.rooms[0][1] - storey.rooms[0][0]

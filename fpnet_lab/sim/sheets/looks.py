@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What kinds of sheets people have, and how often they show what."""
+"""Kinds of sheets, their traits with frequencies, and their drawing styles."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ WallLook = Literal['solid', 'thin', 'outlined', 'hatched', 'tinted']
 
 
 class SheetKind(StrEnum):
-    """Where a sheet is from."""
+    """Origin of a sheet."""
 
     CLEAN = 'clean'  # a bare plan, as for a robot
     OFFICE = 'office'  # plotted from CAD
     BROCHURE = 'brochure'  # coloured by room or department
     SCAN = 'scan'  # paper on a scanner
-    PHONE = 'phone'  # paper under a phone
+    PHONE = 'phone'  # paper photographed with a phone
     VARIED = 'varied'  # any combination of components, on screen or on paper
 
 
@@ -36,11 +36,11 @@ STANDARD_KINDS = (
     SheetKind.SCAN,
     SheetKind.PHONE,
 )
-"""The kinds that benchmarks of drawings report."""
+"""Kinds reported by benchmarks of drawings."""
 
 
 class Trait(StrEnum):
-    """What a sheet may show beside walls and doors."""
+    """Optional elements of a sheet beside walls and doors."""
 
     WINDOWS = 'windows'
     THRESHOLDS = 'thresholds'
@@ -62,14 +62,14 @@ class Trait(StrEnum):
     NORTH = 'north'
     SCALE_BAR = 'scale bar'
     TWO_STOREYS = 'two storeys'
-    BACKDROP = 'backdrop'  # coloured ground around the building
+    BACKDROP = 'backdrop'  # coloured background around the building
     INVERTED = 'inverted'
     TRANSPARENT = 'transparent'
     ANY_ANGLE = 'any angle'
 
 
-# Shares of sheets with a trait, and of looks of walls and doors, chosen to look like the sheets
-# that architects and universities hand out; no figure was fitted.
+# Shares of sheets with a trait, and of wall and door styles; chosen to resemble sheets of
+# architects and universities, not fitted.
 _SHARES: dict[SheetKind, dict[Trait, float]] = {
     SheetKind.CLEAN: {
         Trait.WINDOWS: 0.2,
@@ -145,10 +145,10 @@ _WALL_LOOKS: tuple[WallLook, ...] = ('solid', 'thin', 'outlined', 'hatched', 'ti
 _DOOR_LOOKS: tuple[DoorMark, ...] = ('gap', 'leaf', 'arc')
 
 FONTS = ('DejaVu Sans', 'DejaVu Serif', 'DejaVu Sans Mono', 'STIXGeneral')
-"""Those that come with matplotlib, so that a seed gives the same sheet everywhere."""
+"""Fonts that are shipped with matplotlib, so that sheets are reproducible everywhere."""
 
 FINEST_PX = 0.9
-"""No pen is finer than so many pixels: printers and plotters have a finest line, too. Chosen."""
+"""Minimum pen width in pixels, like the minimum line width of printers. Chosen."""
 
 # Chosen, not measured:
 _DARK: tuple[Colour, ...] = (
@@ -167,23 +167,23 @@ _NO_PRINTS = (Trait.INVERTED, Trait.TRANSPARENT)  # paper is white
 @dataclass(frozen=True)
 class Look:
     """
-    How one sheet is drawn.
+    Drawing style of one sheet.
 
     Parameters
     ----------
-    kind : as on paper, before anybody scanned it
-    traits : what it shows
-    walls, doors : how they are drawn
-    ink : of walls
-    line : of everything else that is thin
-    letters : of texts
+    kind : kind on paper, before scanning
+    traits : optional elements
+    walls, doors : styles of walls and doors
+    ink : colour of walls
+    line : colour of all thin lines
+    letters : colour of texts
     outer_m : thickness of outer walls
-    denominator : the paper is to the building as 1 to this
-    resolution_m : of a pixel
-    font : of all texts
-    letter_mm : height of a room's capitals on paper
-    interior : components drawn within the building; None for standard ones
-    surround : components drawn around the building; None for standard ones
+    denominator : denominator of the scale
+    resolution_m : edge of a pixel
+    font : font of all texts
+    letter_mm : capital height of room texts on paper
+    interior : components inside the building; None for standard ones
+    surround : components around the building; None for standard ones
     """
 
     kind: SheetKind
@@ -202,28 +202,28 @@ class Look:
     surround: SurroundStyle | None = None
 
     def mm(self, on_paper: float) -> float:
-        """Return what so many millimetres on paper are in the building [m]."""
+        """Convert millimetres on paper to metres in the building."""
         return 1e-3 * on_paper * self.denominator
 
     def pen(
         self, on_paper_mm: float, colour: Colour | None = None, dashes_mm: tuple[float, ...] = ()
     ) -> Pen:
-        """Return a pen of so many millimetres on paper, in the sheet's line colour by default."""
+        """Return a pen with a width in mm on paper, by default in the sheet's line colour."""
         finest_m = FINEST_PX * self.resolution_m
         dashes = tuple(self.mm(length) for length in dashes_mm)
         return Pen(colour or self.line, max(self.mm(on_paper_mm), finest_m), dashes)
 
     @property
     def letter_m(self) -> float:
-        """Height of a room's capitals [m]."""
+        """Capital height of room texts [m]."""
         return max(self.mm(self.letter_mm), MIN_LETTER_PX * self.resolution_m)
 
 
 WALL_PEN_MM, THIN_PEN_MM, FAINT_PEN_MM = 0.35, 0.18, 0.09
-"""Widths of lines on paper. Chosen."""
+"""Line widths on paper. Chosen."""
 
 MIN_LETTER_PX = 7.0
-"""Smaller capitals cannot be read by people. Chosen."""
+"""Minimum height of legible capitals. Chosen."""
 
 # Chosen, not measured:
 _LONG_SIDE_PX = (1200.0, 3500.0)
@@ -232,9 +232,9 @@ _RESOLUTIONS_M = (0.01, 0.1)
 
 def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Look:
     """
-    Draw how a sheet of a kind shows a building whose longer side is ``extent_m``.
+    Sample the style of a sheet of a kind for a building with longer side ``extent_m``.
 
-    Of scans and phone pictures this is the look of the paper.
+    For scans and phone pictures, this is the style of the paper.
     """
     if kind is SheetKind.VARIED:
         return _varied_look(rng, extent_m)
@@ -248,7 +248,7 @@ def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Loo
     ink, line = _draw_inks(rng, kind)
     walls = _WALL_LOOKS[int(rng.choice(5, p=_WALLS[kind]))]
     doors = _DOOR_LOOKS[int(rng.choice(3, p=_DOORS[kind]))]
-    if walls == 'thin' or doors == 'gap':  # a line across the opening would be a wall
+    if walls == 'thin' or doors == 'gap':  # a line across the opening would look like a wall
         traits -= {Trait.THRESHOLDS}
     return Look(
         kind=kind,
@@ -267,7 +267,7 @@ def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Loo
 
 
 def _varied_look(rng: np.random.Generator, extent_m: float) -> Look:
-    """Mix the traits of a random standard kind with components drawn one by one."""
+    """Combine the traits of a random standard kind with independently sampled components."""
     kinds = (SheetKind.CLEAN, SheetKind.OFFICE, SheetKind.BROCHURE)
     look = draw_look(rng, kinds[int(rng.integers(len(kinds)))], extent_m)
     traits = set(look.traits)
@@ -283,7 +283,7 @@ def _varied_look(rng: np.random.Generator, extent_m: float) -> Look:
 
 
 def _draw_inks(rng: np.random.Generator, kind: SheetKind) -> tuple[Colour, Colour]:
-    """Draw the colours of walls and of thin lines."""
+    """Sample the colours of walls and of thin lines."""
     picks = rng.random(2)
     grey = float(rng.uniform(0.0, _MAX_WALL_GREY))
     dark = _DARK[int(rng.integers(len(_DARK)))]
@@ -298,20 +298,20 @@ def _draw_inks(rng: np.random.Generator, kind: SheetKind) -> tuple[Colour, Colou
 
 
 def _denominator(rng: np.random.Generator, extent_m: float) -> int:
-    """Return the usual scale at which a building fits on paper."""
+    """Sample a usual scale for the building's size; return its denominator."""
     usual = (50, 100) if extent_m < 25.0 else (100, 200) if extent_m < 70.0 else (200, 500)
     return int(usual[int(rng.random() < 0.5)])
 
 
 def with_room_for(look: Look, long_side_m: float) -> Look:
-    """Return the look with pixels of such a size that a sheet has a usual number of them."""
+    """Return the look with a pixel size that gives the sheet a usual number of pixels."""
     pixels = long_side_m / look.resolution_m
     resolution_m = long_side_m / float(np.clip(pixels, *_LONG_SIDE_PX))
     return replace(look, resolution_m=float(np.clip(resolution_m, *_RESOLUTIONS_M)))
 
 
 def _resolution_m(rng: np.random.Generator, long_side_m: float, is_paper: bool) -> float:
-    """Draw the edge of a pixel: people export at any size, scanners and phones at good ones."""
+    """Sample the edge of a pixel [m]; scans and phone pictures have higher resolutions."""
     low, high = np.log(_LONG_SIDE_PX)
     pixels = float(np.exp(rng.uniform(low + (0.4 if is_paper else 0.0), high)))
     return float(np.clip(long_side_m / pixels, *_RESOLUTIONS_M))

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures that show no floorplan: every pixel of them is outside. See :func:`draw_negative`."""
+"""Pictures without a floorplan, for which all pixels are outside: :func:`draw_negative`."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from fpnet_lab.sim.sheets.surround_style import SurroundStyle, draw_surround_sty
 # All sizes, counts and colours here are chosen, not measured.
 
 _SIDES_PX = (350.0, 1500.0)  # of a picture's longer side; chosen
-_OFFSET = 7919  # numerical: of seeds, so that none is a sheet's
-_EFFECT_SHARE = 0.6  # of negatives have effects of pictures; chosen
+_OFFSET = 7919  # numerical: seed offset that separates negatives from sheets
+_EFFECT_SHARE = 0.6  # share of negatives with picture effects; chosen
 
 
 def draw_negative(seed: int) -> Pixels:
-    """Return a picture (H, W, 3) of anything but a floorplan; equal seeds give equal pictures."""
+    """Return a picture (H, W, 3) without a floorplan; equal seeds give equal pictures."""
     rng = np.random.default_rng([seed, _OFFSET])
     low, high = np.log(_SIDES_PX)
     side = float(np.exp(rng.uniform(low, high)))
@@ -53,7 +53,7 @@ def _kept_large(style: SurroundStyle) -> SurroundStyle:
 
 
 def negative(name: str, shape: tuple[int, int], rng: np.random.Generator) -> Pixels:
-    """Return a picture (H, W, 3) of one kind of :data:`NEGATIVES`."""
+    """Return a picture (H, W, 3) of a kind ``name`` of :data:`NEGATIVES`."""
     if name == 'photo':
         return np.asarray(scene(rng, shape), np.uint8)
     is_dark = rng.random() < 0.12
@@ -71,7 +71,7 @@ def negative(name: str, shape: tuple[int, int], rng: np.random.Generator) -> Pix
 
 
 def _grid(s: Sketch, columns: int, rows: int, share: float = 0.7) -> list[Rect]:
-    """Return rectangles in rows and columns that fill a share of their cells."""
+    """Return rectangles on a grid that cover ``share`` of their cells in each direction."""
     width, height = s.size
     xs, ys = np.linspace(0, width, columns + 1), np.linspace(0, height, rows + 1)
     dx, dy = (1 - share) * width / columns / 2, (1 - share) * height / rows / 2
@@ -88,7 +88,7 @@ def _elbow(a: Array, b: Array, is_first_level: bool) -> Array:
 
 
 def _circuit(s: Sketch) -> None:
-    """Draw wires at right angles with resistors, coils, gates and dots."""
+    """Draw a circuit of rectangular wires with resistors, gates and dots."""
     columns, rows = int(s.rng.integers(3, 9)), int(s.rng.integers(3, 8))
     boxes = _grid(s, columns, rows, s.pick(0.2, 0.5))
     middles = np.array([((a + c) / 2, (b + d) / 2) for a, b, c, d in boxes])
@@ -121,7 +121,7 @@ def _circuit(s: Sketch) -> None:
 
 
 def _flow_chart(s: Sketch) -> None:
-    """Draw boxes, diamonds and ovals with texts, joined by arrows."""
+    """Draw boxes and diamonds with texts, connected by arrows."""
     columns, rows = int(s.rng.integers(1, 5)), int(s.rng.integers(2, 8))
     boxes = _grid(s, columns, rows, s.pick(0.4, 0.75))
     pen = s.pen()
@@ -181,7 +181,7 @@ def _spreadsheet(s: Sketch) -> None:
 
 
 def _chart(s: Sketch) -> None:
-    """Draw charts of bars, lines, areas or pies."""
+    """Draw bar, line or pie charts."""
     for rect in _grid(s, int(s.rng.integers(1, 4)), int(s.rng.integers(1, 3)), 0.75):
         a, b, c, d = rect
         pick, count = s.rng.random(), int(s.rng.integers(3, 14))
@@ -215,7 +215,7 @@ def _chart(s: Sketch) -> None:
 
 
 def _street_map(s: Sketch) -> None:
-    """Draw a net of streets, water, parks and names."""
+    """Draw a street network with water, parks and names."""
     width, height = s.size
     side = max(width, height)
     for _ in range(int(s.rng.integers(0, 4))):
@@ -260,7 +260,7 @@ def _text_page(s: Sketch) -> None:
 
 
 def draw_picture(s: Sketch, rect: Rect) -> None:
-    """Paste a scene where it fits."""
+    """Paste a photo-like scene if the rectangle is large enough."""
     a, b, c, d = rect
     if c - a > 8 and d - b > 8:
         s.pixels[b:d, a:c] = scene(s.rng, (d - b, c - a))
@@ -285,14 +285,14 @@ def _comic(s: Sketch) -> None:
 
 
 def _facades(s: Sketch) -> None:
-    """Draw elevations or sections of buildings in rows."""
+    """Draw rows of elevations or sections of buildings."""
     for rect in _grid(s, int(s.rng.integers(1, 3)), int(s.rng.integers(1, 4)), 0.7):
         elevation(s, rect)
         s.text(s.words(3), rect[0], rect[3] + 6, 8 * s.unit)
 
 
 def _wiring(s: Sketch) -> None:
-    """Draw devices joined by bundles of coloured, rounded lines."""
+    """Draw devices connected by coloured lines."""
     boxes = _grid(s, int(s.rng.integers(2, 6)), int(s.rng.integers(2, 5)), s.pick(0.35, 0.6))
     for _ in range(int(s.rng.integers(8, 50))):
         first, second = (boxes[int(s.rng.integers(len(boxes)))] for _ in range(2))
@@ -306,7 +306,7 @@ def _wiring(s: Sketch) -> None:
 
 
 def _piping(s: Sketch) -> None:
-    """Draw vessels, pumps and valves on double lines."""
+    """Draw vessels and valves connected by single or double lines."""
     boxes = _grid(s, int(s.rng.integers(2, 6)), int(s.rng.integers(2, 4)), s.pick(0.3, 0.6))
     pen, is_double = s.pen(), s.chance(0.5)
     for first, second in pairwise(boxes):
@@ -333,7 +333,7 @@ def _piping(s: Sketch) -> None:
 
 
 def _site_plan(s: Sketch) -> None:
-    """Draw plots with outlines of houses, streets, trees and dimensions, no rooms."""
+    """Draw plots with outlines of houses and trees, but no rooms."""
     columns, rows = int(s.rng.integers(1, 6)), int(s.rng.integers(1, 5))
     look, pen = int(s.rng.integers(3)), s.pen()
     for a, b, c, d in _grid(s, columns, rows, s.pick(0.8, 1.0)):
@@ -353,19 +353,19 @@ def _site_plan(s: Sketch) -> None:
 
 
 def _logos(s: Sketch) -> None:
-    """Draw logos, or small outlines as on key plans."""
+    """Draw logos or key plans."""
     for rect in _grid(s, int(s.rng.integers(1, 5)), int(s.rng.integers(1, 4)), 0.6):
         (logo if s.chance(0.8) else key_plan)(s, rect)
 
 
 def _blocks_only(s: Sketch) -> None:
-    """Draw what stands beside plans, without a plan."""
+    """Draw the blocks of a sheet without a plan."""
     for name in s.rng.choice(list(BLOCK_MAKERS), int(s.rng.integers(4, 14))).tolist():
         draw_block(s, name)
 
 
 def _blank_page(s: Sketch) -> None:
-    """Leave paper as it is, or draw a frame or a pattern."""
+    """Leave the page blank, or draw a frame or hatching."""
     width, height = s.size
     if s.chance(0.5):
         s.box((8, 8, width - 9, height - 9), None, s.ink, s.pick(1, 8))
@@ -391,4 +391,4 @@ NEGATIVES: dict[str, Callable[[Sketch], None]] = {
     'blocks': _blocks_only,
     'blank page': _blank_page,
 }
-"""Kinds of pictures; a photo is a scene by itself."""
+"""Kinds of pictures; :func:`negative` handles ``photo`` separately."""

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What stands around a building: frame, title block, legend, north arrow, scale bar, the site."""
+"""Page elements around a building: frame, title block, legend, north arrow, scale bar, site."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TITLE_MM = (120.0, 45.0)
 """Width and height of a title block. Chosen."""
 LEGEND_ROW_MM = 8.0
 LEGEND_MM = 60.0
-"""Height of a legend's row and its width. Chosen."""
+"""Row height and width of a legend. Chosen."""
 FRAME_MM = 8.0
 """Distance of the frame from the paper's edge. Chosen."""
 
@@ -43,7 +43,7 @@ _OFFICES = ('Meyer + Partner', 'Studio Nord', 'Baubüro Süd', 'A. Rossi Archite
 # Chosen, not measured:
 _BAR_STEPS_M = (0.0, 1.0, 2.0, 5.0, 10.0)
 _SITE_DASHES_MM = (6.0, 2.0, 1.0, 2.0)
-_CLEAR_M = 1.0  # of the building that site lines keep
+_CLEAR_M = 1.0  # distance of site lines from the building
 
 
 def frame_marks(size_m: tuple[float, float], look: Look, rng: np.random.Generator) -> list[Mark]:
@@ -58,12 +58,12 @@ def frame_marks(size_m: tuple[float, float], look: Look, rng: np.random.Generato
 
 
 def storey_name(rng: np.random.Generator) -> str:
-    """Draw a storey's name."""
+    """Sample a storey's name."""
     return str(rng.choice(_STOREYS))
 
 
 def title_block(box: Box, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return a table of what, who, when and at which scale."""
+    """Return a title block with project, storey, scale, date and office."""
     left, bottom, right, top = box
     rows = [
         str(rng.choice(_PROJECTS)),
@@ -97,7 +97,7 @@ def _fitted(
     look: Look,
     is_bold: bool = False,
 ) -> Letters:
-    """Return a text that begins a little right of ``left`` and is at most ``width_m`` long."""
+    """Return a text starting slightly right of ``left``, at most ``width_m`` long."""
     height = min(height_m, width_m / (len(text) * LETTER_ASPECT))
     xy = (left[0] + 0.5 * height, left[1])
     return Letters(
@@ -106,7 +106,7 @@ def _fitted(
 
 
 def headline(box: Box, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return a brochure's title in large letters."""
+    """Return a brochure's headline."""
     left, bottom, right, top = box
     text = f'{rng.choice(_PROJECTS)} - {storey_name(rng)}'
     return [
@@ -115,7 +115,7 @@ def headline(box: Box, look: Look, rng: np.random.Generator) -> list[Mark]:
 
 
 def legend_marks(box: Box, departments: Departments | None, look: Look) -> list[Mark]:
-    """Return swatches with what they mean, from the top of the box downwards."""
+    """Return labelled swatches, from the top of the box downwards."""
     left, _, right, top = box
     row = look.mm(LEGEND_ROW_MM)
     marks: list[Mark] = []
@@ -132,14 +132,14 @@ def legend_marks(box: Box, departments: Departments | None, look: Look) -> list[
 
 
 def legend_names(departments: Departments | None) -> Sequence[str]:
-    """Return what a legend explains."""
+    """Return the entries of a legend."""
     return departments.names if departments is not None else ('Walls', 'Partitions', 'Glass')
 
 
 def north_arrow(
     centre: Array, radius_m: float, look: Look, rng: np.random.Generator
 ) -> list[Mark]:
-    """Return a circle with an arrow to some north and its letter."""
+    """Return a circle with an arrow in a random direction and the letter N."""
     angle = float(rng.uniform(0.0, 2.0 * np.pi))
     up, side = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     tip, back = centre + radius_m * up, centre - 0.7 * radius_m * up
@@ -155,7 +155,7 @@ def north_arrow(
 
 
 def scale_bar(corner: Array, look: Look) -> list[Mark]:
-    """Return a bar of ten metres with its numbers, lower left at ``corner`` (2,)."""
+    """Return a 10 m scale bar with numbers and its lower left at ``corner`` (2,)."""
     x, y = corner.tolist()
     height = look.mm(1.5)
     pen = look.pen(0.18)
@@ -174,11 +174,11 @@ def scale_bar(corner: Array, look: Look) -> list[Mark]:
 
 
 SCALE_BAR_M = _BAR_STEPS_M[-1]
-"""Length of the scale bar."""
+"""Length of the scale bar [m]."""
 
 
 def site_marks(built: BaseGeometry, area: Box, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return contours, trees, a boundary and a path around what is built, none across it."""
+    """Return contours, trees, a boundary and a path, clipped to the outside of the building."""
     around = shapely.difference(shapely.box(*area), shapely.buffer(built, _CLEAR_M))
     marks: list[Mark] = []
     if rng.random() < 0.8:
@@ -208,7 +208,7 @@ def _contour(area: Box, rng: np.random.Generator) -> Array:
 
 
 def _clipped(lines: list[Array], shape: BaseGeometry) -> list[Array]:
-    """Return the parts of lines that lie in a shape."""
+    """Return the parts of lines inside a shape."""
     parts = shapely.get_parts(
         shapely.intersection(
             shapely.linestrings(

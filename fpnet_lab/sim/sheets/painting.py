@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Artwork as pixels or as a PDF's page, both painted by matplotlib."""
+"""Rendering of artwork to pixels or PDF with matplotlib."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from fpnet_lab.sim.sheets.artwork import Arcs, Area, Array, Artwork, Letters, Li
 
 _INCH_MM, _POINT_IN = 1e3 * INCH_M, 1.0 / 72.0  # physical: by definition
 CAPITAL_SHARE = 0.72
-"""Height of a capital over the size of its font. Chosen."""
+"""Height of a capital relative to the font size. Chosen."""
 
 # Chosen, not measured:
 _SETTINGS: Any = {'path.simplify': False, 'pdf.fonttype': 42, 'lines.scale_dashes': False}
 
 
 def rasterise(artwork: Artwork, resolution_m: float) -> NDArray[np.uint8]:
-    """Return the artwork's pixels (H, W, 4): red, green, blue and opacity, row 0 at the top."""
+    """Render the artwork to RGBA pixels (H, W, 4), row 0 at the top."""
     dots_per_inch = _INCH_MM * 1e-3 * artwork.denominator / resolution_m
     with rc_context(_SETTINGS):
-        # matplotlib rounds down to whole pixels, hence the hundredth.
+        # matplotlib rounds down to whole pixels, hence the offset of 0.01.
         pixels = np.round(np.array(artwork.size_m) / resolution_m) + 0.01
         figure = _figure(artwork, dots_per_inch, pixels / dots_per_inch)
         canvas = FigureCanvasAgg(figure)
@@ -43,15 +43,15 @@ def rasterise(artwork: Artwork, resolution_m: float) -> NDArray[np.uint8]:
 
 
 def write_pdf(artwork: Artwork, path: Path) -> None:
-    """Write the artwork as a page of its own size, with lines, curves and real text."""
+    """Write the artwork as a PDF page of the paper's size, with vector lines and text."""
     with rc_context(_SETTINGS):
-        # Without dates equal sheets are equal files.
+        # Without dates, equal sheets give equal files.
         figure = _figure(artwork, 1.0 / _POINT_IN, np.array(artwork.size_mm) / _INCH_MM)
         figure.savefig(path, format='pdf', metadata={'CreationDate': None})
 
 
 def _figure(artwork: Artwork, dots_per_inch: float, inches: Array) -> Figure:
-    """Return a figure of some size (2,) whose only axes are metres on the page."""
+    """Return a figure of size ``inches (2,)`` with a single axes in page metres."""
     figure = Figure(figsize=(float(inches[0]), float(inches[1])), dpi=dots_per_inch)
     figure.patch.set_alpha(0.0 if artwork.paper is None else 1.0)
     figure.patch.set_facecolor(artwork.paper or (1.0, 1.0, 1.0))

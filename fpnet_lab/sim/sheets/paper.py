@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What happens to paper: folds, shade, dirt, a scanner's slight turn, a phone's perspective."""
+"""Effects of scanning or photographing paper: folds, shading, dirt, rotation, perspective."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ Pixels = NDArray[np.uint8]
 
 # Chosen, not measured:
 _TURN_RAD = 0.03
-_CORNER_SHIFT = (0.015, 0.08)  # of a phone picture's sides, by which the paper's corners are off
-_TABLE_SHARE = (0.02, 0.12)  # of a phone picture's sides, beside the paper
-_SHADE_CELLS = 5  # shading is drawn on so coarse a grid
+_CORNER_SHIFT = (0.015, 0.08)  # shift of the paper's corners as a share of a photo's sides
+_TABLE_SHARE = (0.02, 0.12)  # margin around the paper as a share of a photo's sides
+_SHADE_CELLS = 5  # grid size of the shading
 _FOLD_PX = 3.0
 _PHONE_PIXELS = 3500
 
 
 def weather(pixels: Pixels, kind: SheetKind, rng: np.random.Generator) -> tuple[Pixels, Array]:
     """
-    Return a sheet as scanned or photographed, and where its pixels went.
+    Return a sheet as scanned or photographed, and the homography of its pixels.
 
     Parameters
     ----------
     pixels : (H, W, 3) as drawn
     kind : scan or phone
-    rng : draws what happens
+    rng : random generator of the effects
 
     Returns
     -------
     pixels : (H', W', 3)
     H_image_drawn : (3, 3)
-        From pixels (x right, y down) as drawn to those of the picture.
+        Homography from drawn pixels (x right, y down) to the picture's pixels.
     """
     shown = pixels.astype(np.float32)
     if rng.random() < 0.6:
@@ -49,7 +49,7 @@ def weather(pixels: Pixels, kind: SheetKind, rng: np.random.Generator) -> tuple[
 
 
 def _fold(shown: NDArray[np.float32], rng: np.random.Generator) -> None:
-    """Draw creases in place: one side is darker, the crease itself is light or dark."""
+    """Draw creases in place, with one darker side and a light or dark crease line."""
     height, width = shown.shape[:2]
     for _ in range(int(rng.integers(1, 4))):
         axis, at = int(rng.integers(2)), float(rng.uniform(0.2, 0.8))
@@ -123,7 +123,7 @@ def _photograph(
 
 
 def _table(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return what the paper lies on: a colour with grain."""
+    """Return the table under the paper (H, W, 3): a colour with grain."""
     grey, tint = rng.uniform(30.0, 200.0), rng.uniform(0.75, 1.0, 3)
     colour = (grey * tint).astype(np.float32)
     rows, columns = shape
@@ -135,7 +135,7 @@ def _table(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.float
 def _shading(
     shape: tuple[int, int], strength: float, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Return how bright each place is (H, W): smooth, at most 1."""
+    """Return a smooth brightness factor (H, W) of at most 1."""
     coarse = rng.uniform(1.0 - strength, 1.0, (_SHADE_CELLS, _SHADE_CELLS)).astype(np.float32)
     rows, columns = shape
     light = cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC)
@@ -149,13 +149,13 @@ def _blurred(shown: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]
 
 
 def _faded(shown: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Return a sheet whose ink is paler and whose paper is darker."""
+    """Return the sheet with paler ink and darker paper."""
     ink, paper = rng.uniform(0.0, 70.0), rng.uniform(215.0, 255.0)
     return np.asarray(ink + shown * (paper - ink) / 255.0, np.float32)
 
 
 def _speckle(shown: NDArray[np.float32], rng: np.random.Generator) -> None:
-    """Draw dust in place."""
+    """Draw dust specks in place."""
     height, width = shown.shape[:2]
     count = int(rng.poisson(float(rng.uniform(0.0, 60.0)) * height * width * 1e-6))
     for x, y, radius, tone in zip(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What happens to a varied sheet's picture: tints, stains, marks across, turns, smaller sizes."""
+"""Effects on a varied sheet's picture: tints, stains, overlays, rotation, shrinking."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from fpnet_lab.sim.sheets.surround_style import SurroundStyle
 
 # All strengths, sizes and colours here are chosen, not measured.
 
-THUMBNAIL_PX = (350.0, 900.0)  # of a picture's longer side; chosen
-_LEAST_PX = 48  # no picture's shorter side is less; chosen
+THUMBNAIL_PX = (350.0, 900.0)  # longer side of a shrunk picture; chosen
+_LEAST_PX = 48  # minimum shorter side of a picture; chosen
 
 
 def _sketch(pixels: Pixels, rng: np.random.Generator) -> Sketch:
@@ -28,13 +28,13 @@ def _sketch(pixels: Pixels, rng: np.random.Generator) -> Sketch:
 
 def marked(pixels: Pixels, style: SurroundStyle, wobble_px: float) -> Pixels:
     """
-    Return what is drawn, with marks and tints that do not move it, before it is photographed.
+    Return the picture with marks and tints that do not change its geometry.
 
     Parameters
     ----------
     pixels : (H, W, 3)
-    style : which effects there are
-    wobble_px : how far lines may stray without leaving what they stand for
+    style : selects the effects
+    wobble_px : maximum displacement of lines
     """
     rng = np.random.default_rng([style.seed, 1])
     for name, effect in _MARKS.items():
@@ -46,10 +46,10 @@ def marked(pixels: Pixels, style: SurroundStyle, wobble_px: float) -> Pixels:
 
 
 def taken(pixels: Pixels, style: SurroundStyle) -> tuple[Pixels, Array]:
-    """Return a picture turned, shrunk and compressed, and where its pixels went (3, 3)."""
+    """Return the picture rotated, shrunk and compressed, and the map (3, 3) of its pixels."""
     rng = np.random.default_rng([style.seed, 2])
     H = np.eye(3)
-    if 'shrink' in style.effects:  # first: everything else is faster then
+    if 'shrink' in style.effects:  # first, because it makes all other effects faster
         pixels, S = _shrunk(pixels, rng)
         H = S @ H
     if 'turn' in style.effects or 'skew' in style.effects:
@@ -62,7 +62,7 @@ def taken(pixels: Pixels, style: SurroundStyle) -> tuple[Pixels, Array]:
 
 
 def _tint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return a blueprint, a dark screen, sepia, coloured paper or greys."""
+    """Tint the picture as blueprint, dark screen, sepia, coloured paper or greyscale."""
     grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)[..., None] / 255.0
     pick = rng.random()
     if pick < 0.3:
@@ -81,7 +81,7 @@ def _tint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _faint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return lines as of a hard pencil."""
+    """Fade lines like those of a hard pencil."""
     paper = float(rng.uniform(225, 255))
     shown = paper - (255.0 - pixels.astype(np.float32)) * np.float32(rng.uniform(0.35, 0.75))
     grain = rng.standard_normal(pixels.shape[:2], np.float32)[..., None]
@@ -89,7 +89,7 @@ def _faint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _broken(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return ink with gaps: it is missing where noise is low."""
+    """Remove ink at random places."""
     shape = (pixels.shape[0], pixels.shape[1])
     cells = int(rng.integers(20, max(22, min(max(shape) // 3, 400))))
     missing = smooth_noise(rng, shape, cells) < rng.uniform(0.05, 0.22)
@@ -99,7 +99,7 @@ def _broken(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _grid(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return the drawing on squared paper."""
+    """Add a squared paper grid."""
     step = int(rng.uniform(8, 60) * max(1.0, max(pixels.shape[:2]) / 1300.0))
     colour = rng.uniform(150, 235, 3)
     lines = np.full(pixels.shape, 255, np.uint8)
@@ -116,7 +116,7 @@ def _grid(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _watermark(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return the drawing with pale text slanted across, once or again and again."""
+    """Add a pale rotated text, once or repeated."""
     height, width = pixels.shape[:2]
     side = int(np.hypot(height, width))
     layer = _sketch(np.zeros((side // 2, side // 2, 3), np.uint8), rng)
@@ -138,7 +138,7 @@ def _watermark(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _stain(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return paper with coffee rings and spots."""
+    """Add coffee stains."""
     height, width = pixels.shape[:2]
     layer = np.zeros((height, width), np.uint8)
     for _ in range(int(rng.integers(1, 4))):
@@ -153,7 +153,7 @@ def _stain(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _holes(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return paper that was punched at its edge."""
+    """Add punch holes at the left edge."""
     height, width = pixels.shape[:2]
     radius, tone = int(0.006 * max(height, width)) + 2, int(rng.integers(0, 200))
     for y in np.linspace(0.15, 0.85, int(rng.integers(2, 5))) * height:
@@ -163,7 +163,7 @@ def _holes(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _highlighter(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return the drawing with strokes of a transparent broad pen."""
+    """Add strokes of a highlighter."""
     height, width = pixels.shape[:2]
     layer = np.full((height, width, 3), 255, np.uint8)
     for _ in range(int(rng.integers(1, 6))):
@@ -177,7 +177,7 @@ def _highlighter(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _stamp_over(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return the drawing with a stamp or a date across it."""
+    """Add stamps or dates over the drawing."""
     s = _sketch(pixels, rng)
     width, height = s.size
     for _ in range(int(rng.integers(1, 3))):
@@ -193,7 +193,7 @@ def _stamp_over(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _yellowed(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return old paper: darker and browner in places."""
+    """Darken and yellow the paper unevenly."""
     shape = (pixels.shape[0], pixels.shape[1])
     age = smooth_noise(rng, shape, int(rng.integers(3, 12)))[..., None]
     brown = np.array([0.92, 0.84, 0.62], np.float32)
@@ -202,7 +202,7 @@ def _yellowed(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _wobble(pixels: Pixels, rng: np.random.Generator, most_px: float) -> Pixels:
-    """Return lines as drawn by hand: shifted by a smooth field, at most so far."""
+    """Displace lines by a smooth random field of at most ``most_px``, as if hand-drawn."""
     shape = (pixels.shape[0], pixels.shape[1])
     y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
     cells = int(rng.integers(12, 60))
@@ -227,7 +227,7 @@ def _shrunk(pixels: Pixels, rng: np.random.Generator) -> tuple[Pixels, Array]:
 
 
 def scaling(across: float, down: float) -> Array:
-    """Return the map (3, 3) of pixels' centres where a picture is resized."""
+    """Return the map (3, 3) of pixel centres for resizing a picture."""
     return np.array(
         [[across, 0, (across - 1.0) / 2.0], [0, down, (down - 1.0) / 2.0], [0, 0, 1.0]]
     )
@@ -236,7 +236,7 @@ def scaling(across: float, down: float) -> Array:
 def _turned(
     pixels: Pixels, rng: np.random.Generator, style: SurroundStyle
 ) -> tuple[Pixels, Array]:
-    """Return a picture turned by any angle or slanted, on paper of its own or another colour."""
+    """Rotate or skew the picture, with a border in the paper's or another colour."""
     height, width = pixels.shape[:2]
     angle = float(rng.uniform(-np.pi, np.pi)) if rng.random() < 0.5 else rng.normal(0.0, 0.12)
     angle *= 'turn' in style.effects
@@ -260,7 +260,7 @@ def _turned(
 
 
 def _halftone(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return greys as dots of print, or black and white."""
+    """Add a halftone screen to all but white pixels."""
     height, width = pixels.shape[:2]
     y, x = np.mgrid[:height, :width].astype(np.float32)
     pitch, angle = rng.uniform(2.5, 5.0), rng.uniform(0, np.pi)
@@ -272,7 +272,7 @@ def _halftone(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _moire(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return a screen that was photographed: fine stripes and broad waves."""
+    """Add moire stripes, as in a photo of a screen."""
     height, width = pixels.shape[:2]
     y, x = np.mgrid[:height, :width].astype(np.float32)
     waves: NDArray[np.float32] = np.zeros((height, width), np.float32)
@@ -284,7 +284,7 @@ def _moire(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 
 
 def _blocks(pixels: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return a picture that was compressed hard, perhaps twice."""
+    """Apply strong JPEG compression once or twice."""
     for _ in range(int(rng.integers(1, 3))):
         quality = int(rng.integers(10, 60))
         _, packed = cv2.imencode('.jpg', pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])

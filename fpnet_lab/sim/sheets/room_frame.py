@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A rectangular room with its own axes, and what symbols are drawn with in it."""
+"""Local frame of a rectangular room, and drawing tools for its symbols."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from fpnet_lab.sim.sheets.artwork import (
 from fpnet_lab.sim.sheets.interior_style import FurniturePaint
 from fpnet_lab.sim.sheets.looks import Look
 
-_SQUARE = 0.93  # of its smallest rectangle that a rectangular room covers; chosen
+_SQUARE = 0.93  # minimum share of its bounding rectangle that a rectangular room covers; chosen
 _CIRCLE_STEPS = 16  # numerical
 
 
 @dataclass(frozen=True, eq=False)
 class RoomFrame:
     """
-    The largest upright rectangle of a room as drawn: its corner, unit vectors and sides [m].
+    Frame of a rectangular room as drawn: its corner, unit vectors and side lengths [m].
 
     ``u`` runs along the longer side, ``v`` along the shorter one.
     """
@@ -42,15 +42,15 @@ class RoomFrame:
     width: float
 
     def at(self, uv: Array) -> Array:
-        """Return the places (..., 2) [m, page] of ``uv`` (..., 2) [m] in the room."""
+        """Convert ``uv`` (..., 2) [m] in the room to points (..., 2) [m, page]."""
         return np.asarray(self.corner + uv @ np.stack([self.along, self.across]))
 
     def line(self, *uv: tuple[float, float]) -> Array:
-        """Return a polyline (V, 2) [m, page]."""
+        """Return a polyline (V, 2) [m, page] through ``uv`` points."""
         return self.at(np.array(uv))
 
     def box(self, u: float, v: float, du: float, dv: float) -> Array:
-        """Return a rectangle (4, 2) [m, page] from its lower left corner and sides."""
+        """Return a rectangle (4, 2) [m, page] from its lower left corner and side lengths."""
         return self.line((u, v), (u + du, v), (u + du, v + dv), (u, v + dv))
 
     def boxes(self, u: Array, v: Array, du: float, dv: float) -> list[Array]:
@@ -60,7 +60,7 @@ class RoomFrame:
         return list(self.at(corner + ring))
 
     def grid(self, du: float, dv: float, rim_u: float, rim_v: float) -> tuple[Array, Array]:
-        """Return lower left corners (N,) of cells in rows that fill the room but for its rims."""
+        """Return lower left corners ``u, v (N,)`` of grid cells that fill the room inside rims."""
         us = np.arange(rim_u, self.length - rim_u - du + 1e-6, du)
         vs = np.arange(rim_v, self.width - rim_v - dv + 1e-6, dv)
         u, v = np.meshgrid(us, vs)
@@ -68,13 +68,13 @@ class RoomFrame:
 
     @property
     def angle_rad(self) -> float:
-        """Direction of ``u`` on the page, such that a text along it is not upside down."""
+        """Direction of ``u`` on the page [rad], with texts along it not upside down."""
         angle = float(np.arctan2(self.along[1], self.along[0]))
         return (angle + np.pi / 2.0 - 1e-6) % np.pi - np.pi / 2.0 + 1e-6
 
 
 def room_frame(room: Array) -> RoomFrame | None:
-    """Return the frame of a rectangular room, None of any other."""
+    """Return the frame of a room, or None if the room is not rectangular."""
     polygon = shapely.Polygon(room)
     ring = shapely.get_coordinates(shapely.oriented_envelope(polygon))[:4]
     sides = np.roll(ring, -1, axis=0) - ring
@@ -89,7 +89,7 @@ def room_frame(room: Array) -> RoomFrame | None:
 
 @dataclass(frozen=True, eq=False)
 class Brush:
-    """What symbols of one room are drawn with."""
+    """Drawing tools for the symbols of one room."""
 
     look: Look
     paint: FurniturePaint
@@ -101,11 +101,11 @@ class Brush:
         return self.look.pen(self.paint.pen_mm, self.paint.colour)
 
     def uniform(self, low: float, high: float) -> float:
-        """Draw a number."""
+        """Sample a number uniformly."""
         return float(self.rng.uniform(low, high))
 
     def boxes(self, rings: list[Array], role: Role = Role.FURNITURE) -> list[Mark]:
-        """Return rings (V, 2) as outlines, filled where the paint says so."""
+        """Return rings (V, 2) as outlines, filled if the paint has a fill colour."""
         if not rings:
             return []
         marks: list[Mark] = []
@@ -114,15 +114,15 @@ class Brush:
         return [*marks, Lines(role, tuple(rings), self.pen, is_closed=True)]
 
     def lines(self, lines: list[Array], role: Role = Role.FURNITURE) -> list[Mark]:
-        """Return polylines."""
+        """Return polylines (V, 2) as marks."""
         return lines_of(role, lines, self.pen)
 
     def dashed(self, lines: list[Array], role: Role = Role.STAIRS) -> list[Mark]:
-        """Return dashed polylines."""
+        """Return dashed polylines (V, 2) as marks."""
         return lines_of(role, lines, self.look.pen(self.paint.pen_mm, dashes_mm=(2.0, 1.2)))
 
     def rounds(self, centre: Array, radius: float, role: Role = Role.FURNITURE) -> list[Mark]:
-        """Return circles around places (N, 2)."""
+        """Return circles around centres (N, 2), filled if the paint has a fill colour."""
         if not len(centre):
             return []
         marks: list[Mark] = []
@@ -137,6 +137,6 @@ class Brush:
 
 
 def disc(xy: Array, radius: float) -> Array:
-    """Return a circle as a ring (V, 2)."""
+    """Return a circle as a polygon ring (V, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, _CIRCLE_STEPS, endpoint=False)
     return np.asarray(xy + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))

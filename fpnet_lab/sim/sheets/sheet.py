@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""One sheet from a seed: the drawing, its picture and the truth about both."""
+"""Generation of a sheet from a seed: the drawing, its picture and ground truth."""
 
 from __future__ import annotations
 
@@ -29,35 +29,35 @@ from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
 MAX_AREA_M2 = 2500.0
-"""Larger storeys are no single sheet. Chosen."""
+"""Largest storey that fits on a single sheet. Chosen."""
 
 _SLOW = {Trait.FURNITURE, Trait.TILES, Trait.TEXTS, Trait.FILLS, Trait.SITE}
-_WOBBLE = 0.4  # of a wall's thickness that lines stray; chosen
+_WOBBLE = 0.4  # displacement of lines as a share of the wall thickness; chosen
 _USUAL_PX, _LARGE_PX, _USUAL_SHARE = (850.0, 1900.0), (1800.0, 3500.0), 0.85  # chosen
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
 _PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
-_SCREEN_SHARE = 0.55  # of varied sheets were never printed; chosen
-_SPECIAL_SHARE, _HOME_SHARE = 0.5, 0.12  # of varied sheets' storeys; chosen
+_SCREEN_SHARE = 0.55  # share of varied sheets without a print; chosen
+_SPECIAL_SHARE, _HOME_SHARE = 0.5, 0.12  # shares of varied sheets' storeys; chosen
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """
-    A generated sheet and the truth about it.
+    A generated sheet and its ground truth.
 
     Parameters
     ----------
-    kind, seed : make the same sheet again
-    look : how it is drawn
+    kind, seed : arguments that reproduce the sheet
+    look : drawing style
     artwork : all marks, frame ``page``
-    storeys : with their places on the page
-    beside : what on the page is no building
-    pixels : (H, W, 3) or, where the paper is transparent, (H, W, 4) uint8, row 0 at the top
+    storeys : storeys with their poses on the page
+    beside : page elements beside the building
+    pixels : (H, W, 3), or (H, W, 4) if the paper is transparent, uint8, row 0 at the top
     H_image_page : (3, 3)
-        From page metres to pixels (x right, y down, whole numbers are centres).
-    jpeg_quality : of a picture that is kept as JPEG
+        Homography from page metres to pixels (x right, y down, integers at pixel centres).
+    jpeg_quality : quality if stored as JPEG
     medium : ``scan`` or ``phone`` for a picture of paper, else None
     """
 
@@ -74,7 +74,7 @@ class Sheet:
 
     @property
     def is_photo(self) -> bool:
-        """Tell whether it is a picture of paper, which people keep as JPEG."""
+        """Return whether it is a picture of paper, which is usually stored as JPEG."""
         return self.medium is not None
 
     def H_image_building(self, storey: int = 0) -> Array:
@@ -83,13 +83,13 @@ class Sheet:
         return np.asarray(self.H_image_page @ T.matrix)
 
     def resolution_m(self, storey: int = 0) -> float:
-        """Return the edge of a pixel [m] in the middle of a storey."""
+        """Return the edge of a pixel [m] at the centre of a storey."""
         H = self.H_image_building(storey)
         middle = self.storeys[storey].plan.extent.mean(axis=0)
         return 1.0 / growth_at(H, middle)
 
     def room_labels(self) -> NDArray[np.int32]:
-        """Return the true rooms (H, W) in the picture: 1 and up through all storeys, 0 outside."""
+        """Return true room labels (H, W): 1 and up across all storeys, 0 outside."""
         labels = np.zeros(self.pixels.shape[:2], np.int32)
         number = 0
         for index, storey in enumerate(self.storeys):
@@ -101,7 +101,7 @@ class Sheet:
         return labels
 
     def truth(self) -> dict[str, Any]:
-        """Return what is true of the sheet as plain values for JSON."""
+        """Return the ground truth as plain values for JSON."""
         return {
             'kind': self.kind.value,
             'seed': self.seed,
@@ -137,13 +137,13 @@ class Sheet:
 
 def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = None) -> Sheet:
     """
-    Draw a sheet of a kind; equal seeds give equal sheets.
+    Generate a sheet of a kind; equal seeds give equal sheets.
 
     Parameters
     ----------
-    seed : of everything on it
-    kind : where it is from
-    plan : the storey that it shows; None generates one
+    seed : seed of the whole sheet
+    kind : origin of the sheet
+    plan : the storey to draw; None generates one
     """
     kind = SheetKind(kind)
     rng = np.random.default_rng([seed, _KIND_NUMBERS[kind]])
@@ -154,12 +154,12 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     plans: tuple[BuildingPlan, ...] = (first,)
     if is_double:
         plans = (first, _storey_of(rng, kind))
-    sensor_pose = int(rng.integers(MAX_SEED))
-    layout = compose(plans, _sized(look), np.random.default_rng(sensor_pose), is_blank=True)
+    layout_seed = int(rng.integers(MAX_SEED))
+    layout = compose(plans, _sized(look), np.random.default_rng(layout_seed), is_blank=True)
     look = with_room_for(look, max(layout.artwork.size_m))
     look = _coarser(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
-    layout = compose(plans, look, np.random.default_rng(sensor_pose))
+    layout = compose(plans, look, np.random.default_rng(layout_seed))
     pixels = rasterise(layout.artwork, look.resolution_m)
     H = _image_from_page(pixels.shape[0], look.resolution_m)
     if layout.artwork.paper is not None:
@@ -192,14 +192,14 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
 
 
 def _sized(look: Look) -> Look:
-    """Return a look that takes as much paper; of varied sheets without what takes long."""
+    """Return a look of equal paper size; varied sheets omit slow components."""
     if look.surround is None:
         return look
     return replace(look, traits=look.traits - _SLOW, interior=None)
 
 
 def _coarser(look: Look, long_side_m: float) -> Look:
-    """Return a varied look with fewer pixels, mostly: people's pictures are rarely large."""
+    """Return a varied look with fewer pixels in most cases, as users' pictures are small."""
     if look.surround is None:
         return look
     rng = np.random.default_rng([look.surround.seed, 3])
@@ -211,7 +211,7 @@ def _coarser(look: Look, long_side_m: float) -> Look:
 def _medium(
     kind: SheetKind, *, artwork_has_paper: bool, rng: np.random.Generator
 ) -> SheetKind | None:
-    """Return how a picture of paper was taken; None for a sheet that was never printed."""
+    """Return the medium of a picture of paper, or None for a sheet that is not printed."""
     if kind in _PAPER_MEDIA:
         return kind
     if kind is not SheetKind.VARIED or not artwork_has_paper or rng.random() < _SCREEN_SHARE:
@@ -220,7 +220,7 @@ def _medium(
 
 
 def _storey_of(rng: np.random.Generator, kind: SheetKind) -> BuildingPlan:
-    """Draw a storey; varied sheets show special buildings, homes and doors outside, too."""
+    """Sample a storey; varied sheets include special buildings, homes and outside doors."""
     if kind is not SheetKind.VARIED:
         return _generate(rng)
     pick = rng.random()
@@ -234,7 +234,7 @@ def _storey_of(rng: np.random.Generator, kind: SheetKind) -> BuildingPlan:
 
 
 def _generate(rng: np.random.Generator) -> BuildingPlan:
-    """Draw a storey in one piece: two wings far apart look like two storeys on a sheet."""
+    """Sample a connected storey, as two separate wings look like two storeys on a sheet."""
     while True:
         plan = generate_plan(rng, max_rooms=MAX_ROOMS, max_area_m2=MAX_AREA_M2)
         if plan.family != _IN_PIECES:
@@ -242,12 +242,12 @@ def _generate(rng: np.random.Generator) -> BuildingPlan:
 
 
 def outer_wall_m(plan: BuildingPlan, look: Look) -> float:
-    """Return how thick a look draws outer walls [m]."""
+    """Return the drawn thickness of outer walls [m]."""
     outer_m = max(plan.wall_m, drawn_wall_m(plan, look))
     return outer_m if look.walls == 'thin' else max(outer_m, look.outer_m)
 
 
 def _image_from_page(rows: int, resolution_m: float) -> Array:
-    """Return the map (3, 3) from page metres to pixels of the sheet as drawn."""
+    """Return the map (3, 3) from page metres to pixels of the drawn sheet."""
     per_m = 1.0 / resolution_m
     return np.array([[per_m, 0.0, -0.5], [0.0, -per_m, rows - 0.5], [0.0, 0.0, 1.0]])

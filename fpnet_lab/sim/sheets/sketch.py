@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels that are drawn on: lines, areas, texts and free places, all in pixels."""
+"""Drawing on pixels: lines, areas, texts and free places, all in pixel units."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def _font(name: str, size: int) -> ImageFont.FreeTypeFont:
 @dataclass
 class Sketch:
     """
-    A picture that is being drawn on.
+    A drawing surface on a picture.
 
     Parameters
     ----------
-    pixels : (H, W, 3), drawn on in place
-    rng : draws whatever is random
-    ink, paper : usual colours
-    unit : a fine line's width [px]
-    taken : (H, W) where nothing may be placed, True
+    pixels : (H, W, 3), modified in place
+    rng : random generator
+    ink, paper : default colours
+    unit : width of a fine line [px]
+    taken : (H, W), True at occupied places
     """
 
     pixels: Pixels
@@ -69,35 +69,35 @@ class Sketch:
 
     @property
     def is_dark(self) -> bool:
-        """Tell whether the ink is lighter than the paper."""
+        """Return whether the paper is darker than the ink."""
         return sum(self.paper) < sum(self.ink)
 
     def pick(self, low: float, high: float) -> float:
-        """Draw a number."""
+        """Sample a number uniformly."""
         return float(self.rng.uniform(low, high))
 
     def chance(self, share: float) -> bool:
-        """Draw whether."""
+        """Sample True with probability ``share``."""
         return bool(self.rng.random() < share)
 
     def width(self, pens: float = 1.0) -> int:
-        """Return a line's whole width [px]."""
+        """Return a line width in whole pixels."""
         return max(1, round(self.unit * pens))
 
     def colour(self, low: int = 0, high: int = 256) -> Rgb:
-        """Draw any colour."""
+        """Sample a colour."""
         r, g, b = self.rng.integers(low, high, 3).tolist()
         return r, g, b
 
     def pale(self) -> Rgb:
-        """Draw a colour near the paper's."""
+        """Sample a colour close to the paper's colour."""
         share = self.pick(0.08, 0.4)
         other = self.colour()
         r, g, b = (round(p + share * (o - p)) for p, o in zip(self.paper, other, strict=True))
         return r, g, b
 
     def pen(self) -> Rgb:
-        """Draw a colour for lines: mostly the ink, grey or some colour."""
+        """Sample a line colour: mostly the ink, else a paler ink or any darker colour."""
         pick = self.rng.random()
         if pick < 0.6:
             return self.ink
@@ -116,7 +116,7 @@ class Sketch:
             cv2.polylines(self.pixels, [whole], is_closed, colour, self.width(pens), cv2.LINE_AA)
 
     def dashed(self, points: Array, colour: Rgb, pens: float, dash_px: float) -> None:
-        """Draw a polyline (V, 2) in dashes."""
+        """Draw a dashed polyline (V, 2)."""
         for a, b in itertools.pairwise(points):
             length = float(np.linalg.norm(b - a))
             count = min(int(length / (2.0 * dash_px)) + 1, 400)
@@ -142,7 +142,7 @@ class Sketch:
     def disc(
         self, x: float, y: float, radius: float, colour: Rgb, pens: float | None = 1.0
     ) -> None:
-        """Draw a circle, filled where ``pens`` is None."""
+        """Draw a circle, filled if ``pens`` is None."""
         width = -1 if pens is None else self.width(pens)
         at = (round(x), round(y))
         cv2.circle(self.pixels, at, max(1, round(radius)), colour, width, cv2.LINE_AA)
@@ -159,7 +159,7 @@ class Sketch:
         is_upright: bool = False,
         most_px: float = 1e9,
     ) -> float:
-        """Write a line of text with its top left (or middle) at ``x, y``; return its length."""
+        """Write text with its top left (or centre) at ``x, y``; return its length [px]."""
         size = max(5, round(height * 1.35))
         core = _font(self.font, size).getmask(text)
         if not core.size[0] or not core.size[1]:
@@ -190,11 +190,11 @@ class Sketch:
         self.pixels[b:d, a:c] = np.rint(part).astype(np.uint8)
 
     def words(self, count: int) -> str:
-        """Draw words of a note."""
+        """Sample words of a note."""
         return ' '.join(self.rng.choice(_WORDS, count).tolist())
 
     def free(self, wide: tuple[float, float], high: tuple[float, float]) -> Rect | None:
-        """Take a free place of a width and a height between bounds [px]; None if none is found."""
+        """Reserve a free rectangle with sides within bounds [px]; return None if none is found."""
         width, height = self.size
         if self.taken is None:
             self.taken = np.zeros((height, width), np.bool_)

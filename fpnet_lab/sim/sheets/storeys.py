@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A storey as marks: walls, windows and doors."""
+"""Marks of a storey: walls, windows and doors."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
 MIN_DOUBLE_WALL_PX = 5.0
-"""Two lines with something between them need so many pixels. Chosen."""
+"""Minimum thickness of walls that are drawn as two lines. Chosen."""
 
 _PROBE_M = 0.05  # numerical
 # Chosen, not measured:
-_PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
+_PATTERN_MM = (1.0, 2.5)  # spacing of a wall's hatching
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,8 @@ class PlacedStorey:
     """
     A storey on a sheet.
 
-    ``plan`` is the building's own, ``T_page_building`` where the sheet shows it; ``drawn_wall_m``
-    is how thick inner walls are drawn.
+    ``plan`` is in the building frame, ``T_page_building`` its pose on the sheet, ``drawn_wall_m``
+    the drawn thickness of inner walls.
     """
 
     plan: BuildingPlan
@@ -51,27 +51,27 @@ class PlacedStorey:
 
     @cached_property
     def on_page(self) -> BuildingPlan:
-        """The storey in frame ``page``."""
+        """Storey in frame ``page``."""
         return self.plan.mapped(self.T_page_building)
 
     @cached_property
     def rooms(self) -> list[Array]:
-        """Rooms' outlines (V, 2) [m, page] as drawn."""
+        """Room outlines (V, 2) [m, page] as drawn."""
         return room_outlines(self.on_page, self.drawn_wall_m)
 
     @cached_property
     def openings(self) -> list[Array]:
-        """Rectangles (4, 2) [m, page] that doors cut out of walls as drawn."""
+        """Rectangles (4, 2) [m, page] of door openings as drawn."""
         plan = self.on_page
         return [door_outline(door, self.drawn_wall_m, plan.wall_m) for door in plan.doors]
 
     def shell(self, outer_m: float) -> BaseGeometry:
-        """Return all that is built, outer walls of ``outer_m`` included [m, page]."""
+        """Return the building's shape including outer walls of ``outer_m`` [m, page]."""
         return shapely.union_all(polygons_from_rings(shell_outlines(self.on_page, outer_m)))
 
 
 def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
-    """Return how thick a look draws inner walls [m]; never too thin to be seen."""
+    """Return the drawn thickness of inner walls [m], large enough to be visible."""
     thinnest = MIN_WALL_PX * look.resolution_m
     has_lines = look.interior is not None and look.interior.has_lines
     if look.walls == 'thin' or has_lines:
@@ -81,7 +81,7 @@ def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
 
 
 def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return walls, windows and doors, the lowest first."""
+    """Return the marks of walls, windows and doors, the lowest first."""
     walls, panes = solid_parts(storey, look)
     marks = _wall_marks(walls, look, rng)
     marks += _pane_marks(panes, look)
@@ -90,7 +90,7 @@ def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 
 
 def solid_parts(storey: PlacedStorey, look: Look) -> tuple[BaseGeometry, Array]:
-    """Return all that is solid but windows, and windows (N, 4, 2), as drawn [m, page]."""
+    """Return the solid walls, and the windows (N, 4, 2), as drawn [m, page]."""
     outer_m = outer_wall_m(storey, look)
     if look.interior is not None:
         found = facade(storey, look)
@@ -101,7 +101,7 @@ def solid_parts(storey: PlacedStorey, look: Look) -> tuple[BaseGeometry, Array]:
 
 
 def outer_wall_m(storey: PlacedStorey, look: Look) -> float:
-    """Return how far outer walls reach beyond the true rooms [m]."""
+    """Return the extent of outer walls beyond the true rooms [m]."""
     if look.interior is not None and look.interior.has_thin_outer:
         return (storey.plan.wall_m + storey.drawn_wall_m) / 2.0
     outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
@@ -109,7 +109,7 @@ def outer_wall_m(storey: PlacedStorey, look: Look) -> float:
 
 
 def facade(storey: PlacedStorey, look: Look) -> Facade:
-    """Return windows and entrances of a varied sheet, none of any other."""
+    """Return windows and entrances of a varied sheet; other sheets have none."""
     if look.interior is None:
         return Facade(np.zeros((0, 4, 2)), np.zeros((0, 4, 2)))
     outer_m = outer_wall_m(storey, look)
@@ -119,13 +119,13 @@ def facade(storey: PlacedStorey, look: Look) -> Facade:
 
 
 def _walls(storey: PlacedStorey, outer_m: float, panes: Array) -> BaseGeometry:
-    """Return everything solid [m, page]."""
+    """Return the solid walls [m, page]."""
     holes = polygons_from_rings([*storey.rooms, *storey.openings, *panes])
     return shapely.difference(storey.shell(outer_m), shapely.union_all(holes))
 
 
 def _panes(storey: PlacedStorey, outer_m: float) -> Array:
-    """Return windows (N, 4, 2) [m, page] in walls behind which there is nothing."""
+    """Return windows (N, 4, 2) [m, page] in walls that face the outside."""
     depth = outer_m + (storey.drawn_wall_m - storey.plan.wall_m) / 2.0
     panes, beyond = windows(storey.rooms, depth, _PROBE_M)
     shell = storey.shell(outer_m)
@@ -135,7 +135,7 @@ def _panes(storey: PlacedStorey, outer_m: float) -> Array:
 
 
 def areas_of(shape: BaseGeometry, role: Role, colour: Colour) -> list[Mark]:
-    """Return a shape's polygons as filled areas, holes turned against outlines."""
+    """Return a shape's polygons as filled areas, with holes oriented against outlines."""
     parts = [part for part in shapely.get_parts(shape).tolist() if part.geom_type == 'Polygon']
     return [
         Area(role, tuple(_rings(part)), colour)
@@ -199,7 +199,7 @@ def _door_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
 
 
 def _spans(leaves: Leaves) -> Array:
-    """Return the angles (L, 2) [rad] between the shut and the open leaf, counter-clockwise."""
+    """Return counter-clockwise spans (L, 2) [rad] between the closed and the open leaf."""
     shut = np.arctan2(leaves.along[:, 1], leaves.along[:, 0])
     is_left = leaves.along[:, 0] * leaves.normal[:, 1] > leaves.along[:, 1] * leaves.normal[:, 0]
     start = np.where(is_left, shut, shut - np.pi / 2.0)
@@ -207,7 +207,7 @@ def _spans(leaves: Leaves) -> Array:
 
 
 def _thresholds(storey: PlacedStorey) -> list[Array]:
-    """Return a line (2, 2) on either face of the wall across each door."""
+    """Return lines (2, 2) across each door, on both faces of the wall."""
     lines = []
     for door in storey.on_page.doors:
         if door.is_open:
@@ -219,7 +219,7 @@ def _thresholds(storey: PlacedStorey) -> list[Array]:
 
 
 def arrow_head(start: Array, end: Array, length_m: float) -> list[Array]:
-    """Return the two strokes (2, 2) of an arrow's head at ``end``."""
+    """Return the two strokes (2, 2) of an arrowhead at ``end``."""
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     across = np.array([-along[1], along[0]])
     back = end - length_m * along

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a varied sheet framed anew, and everything around its building drawn on it."""
+"""Reframing of a varied sheet's picture, and drawing of its surroundings."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from fpnet_lab.sim.sheets.surround_style import AROUND, BLOCKS, OVER, STRIPS, Su
 
 # Chosen, not measured:
 _LONGEST_PX, _LONGEST_SHRUNK_PX = (1300.0, 3400.0), 1400.0
-_CROP_MARGIN = (-0.003, 0.03)  # of a cropped picture beside the building, over its longer side
+_CROP_MARGIN = (-0.003, 0.03)  # margin around a cropped building relative to its longer side
 _PAD = (0.02, 0.5)
-_SMALL_SHARE = (0.15, 0.33)  # of a large sheet's sides that a building takes
-_UNIT_PX = 1300.0  # a picture so long has lines of one pixel
-_CLEAR_PX = 2.0  # around the building that nothing drawn around it covers
-_DARK = 110  # paper below this mean takes light ink
+_SMALL_SHARE = (0.15, 0.33)  # building's share of a large sheet's longer side
+_UNIT_PX = 1300.0  # longer side of a picture with one-pixel lines
+_CLEAR_PX = 2.0  # margin around the building that stays clear
+_DARK = 110  # paper with a lower mean gets light ink
 _LEAST_PX = 60
 
 
@@ -41,15 +41,15 @@ def surrounded(
     outer_m: float,
 ) -> tuple[Pixels, Array]:
     """
-    Return a sheet's picture with everything around its building, and where the page lies on it.
+    Return a sheet's picture with its surroundings, and the page's homography to it.
 
     Parameters
     ----------
     pixels : (H, W, 3) as drawn
     H_image_page : (3, 3) from page metres to these pixels
-    storeys : that it shows
-    look : whose ``surround`` says what there is
-    outer_m : how thick outer walls are drawn
+    storeys : storeys on the sheet
+    look : style; its ``surround`` selects the components
+    outer_m : drawn thickness of outer walls
     """
     style = look.surround
     if style is None:
@@ -79,7 +79,7 @@ def _paper(pixels: Pixels) -> Rgb:
 
 
 def _ink(look: Look, paper: Rgb) -> Rgb:
-    """Return the colour of lines, light ones on dark paper."""
+    """Return the colour of lines, light on dark paper."""
     is_dark = sum(paper) < 3 * _DARK
     r, g, b = (round(255 * (1.0 - c if is_dark else c)) for c in look.line)
     return r, g, b
@@ -97,7 +97,7 @@ def _framed(
     paper: Rgb,
     rng: np.random.Generator,
 ) -> tuple[Pixels, Array]:
-    """Return the picture cropped to the building or on more paper, at most so long."""
+    """Return the picture cropped or padded and limited in size, and its homography (3, 3)."""
     height, width = pixels.shape[:2]
     left, top, right, bottom = _mapped(shell, H).bounds
     longer = max(right - left, bottom - top)
@@ -135,7 +135,7 @@ def _framed(
 
 
 def _pasted(pixels: Pixels, at: tuple[int, int], shape: tuple[int, int], paper: Rgb) -> Pixels:
-    """Return paper (H, W, 3) with a picture's upper left corner at x, y."""
+    """Return paper (H, W, 3) with the picture's upper left corner at ``at`` (x, y)."""
     found = blank(shape, paper)
     x, y = at
     left, top = max(x, 0), max(y, 0)
@@ -146,7 +146,7 @@ def _pasted(pixels: Pixels, at: tuple[int, int], shape: tuple[int, int], paper: 
 
 
 def _painted(shape: tuple[int, int], area: BaseGeometry) -> NDArray[np.bool_]:
-    """Return where an area is (H, W)."""
+    """Return the mask (H, W) of an area."""
     mask = np.zeros(shape, np.uint8)
     for part in shapely.get_parts(area).tolist():
         if part.geom_type == 'Polygon':
@@ -157,7 +157,7 @@ def _painted(shape: tuple[int, int], area: BaseGeometry) -> NDArray[np.bool_]:
 
 
 def _around(pixels: Pixels, site: Grounds, style: SurroundStyle) -> None:
-    """Draw what lies around the building in place, under what is already there."""
+    """Draw the surroundings of the building in place, below existing content."""
     names = [name for name in AROUND if name in style.parts]
     if not names:
         return
@@ -174,7 +174,7 @@ def _around(pixels: Pixels, site: Grounds, style: SurroundStyle) -> None:
 
 
 def _beside(site: Grounds, style: SurroundStyle) -> None:
-    """Draw blocks in free places around the building, and a frame at the paper's edge."""
+    """Draw blocks in free places around the building, and a frame along the paper's edge."""
     s = site.s
     names = [name for name in BLOCKS if name in style.parts]
     if not names:
@@ -198,7 +198,7 @@ def _beside(site: Grounds, style: SurroundStyle) -> None:
 
 
 def _edge_frame(site: Grounds) -> None:
-    """Draw a thick, double or plain frame along the paper's edge where it misses the building."""
+    """Draw up to three frames along the paper's edge, if they do not touch the building."""
     s = site.s
     width, height = s.size
     left, top, right, bottom = site.bounds
@@ -214,7 +214,7 @@ def _edge_frame(site: Grounds) -> None:
 
 
 def _with_strips(s: Sketch, style: SurroundStyle) -> tuple[Pixels, Array]:
-    """Return the picture with toolbar, banner, footer and column, and how it was moved (3, 3)."""
+    """Return the picture with toolbar, banner, footer and column, and its map (3, 3)."""
     S = np.eye(3)
     pixels = s.pixels
     for name in STRIPS:

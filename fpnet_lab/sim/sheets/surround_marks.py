@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Marks around and across a building on varied sheets: dimensions, eaves, frames, axes, notes."""
+"""Marks around and over a building on varied sheets: dimensions, eaves, frames, axes, notes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from fpnet_lab.sim.sheets.sketch import Array, Rgb
 
 
 def eaves(site: Grounds) -> None:
-    """Draw the roof's edge, dashed, around the building."""
+    """Draw the dashed edge of the roof around the building."""
     s = site.s
     colour = s.pen()
     for ring in site.ring(site.per_m * s.pick(0.3, 1.5)):
@@ -50,7 +50,7 @@ def near_frame(site: Grounds) -> None:
 
 
 def dimensions(site: Grounds) -> None:
-    """Draw chains of dimensions at one to four sides, in one to three rows."""
+    """Draw dimension chains on one to four sides, in one to three rows."""
     s = site.s
     left, top, right, bottom = site.bounds
     ends, colour = int(s.rng.integers(4)), s.pen()
@@ -86,7 +86,7 @@ def _chain(
     text: str,
     colour: Rgb,
 ) -> None:
-    """Draw one length: its line, feet, and ends as ticks, arrows, dots or bare."""
+    """Draw one dimension: its line, extension lines, text and end marks, if any."""
     s = site.s
     a, b, at, foot = spans
 
@@ -95,23 +95,23 @@ def _chain(
         return found if is_level else found[:, ::-1]
 
     s.line(put([(a, at), (b, at)]), colour)
-    update = 3.5 * s.unit
+    tick = 3.5 * s.unit
     for x, inwards in ((a, 1), (b, -1)):
         s.line(put([(x, at - foot), (x, at + foot)]), colour, 0.7)
         if ends == 0:
-            s.line(put([(x - update, at + update), (x + update, at - update)]), colour, 1.5)
+            s.line(put([(x - tick, at + tick), (x + tick, at - tick)]), colour, 1.5)
         elif ends == 1:
             tip = put(
                 [
                     (x, at),
-                    (x + 2 * inwards * update, at + update),
-                    (x + 2 * inwards * update, at - update),
+                    (x + 2 * inwards * tick, at + tick),
+                    (x + 2 * inwards * tick, at - tick),
                 ]
             )
             s.fill(tip, colour)
         elif ends == 2:
             spot = put([(x, at)])[0]
-            s.disc(float(spot[0]), float(spot[1]), 0.6 * update, colour, None)
+            s.disc(float(spot[0]), float(spot[1]), 0.6 * tick, colour, None)
     height = 6 * s.unit
     if b - a > 3.5 * height:
         x, y = put([((a + b) / 2, at - height)])[0].tolist()
@@ -136,11 +136,11 @@ AROUND_MAKERS: dict[str, Maker] = {
     'near frame': near_frame,
     'dimensions': dimensions,
 }
-"""What is drawn around a building, the lowest first."""
+"""Components around a building, the lowest first."""
 
 
 def axes(site: Grounds) -> None:
-    """Draw axes right across with bubbles on any sides."""
+    """Draw axes across the building, with bubbles on random sides."""
     s = site.s
     left, top, right, bottom = site.bounds
     far, radius = s.unit * s.pick(12, 50), s.unit * s.pick(6, 12)
@@ -166,7 +166,7 @@ def axes(site: Grounds) -> None:
 
 
 def section(site: Grounds) -> None:
-    """Draw lines of sections right across the sheet, with arrows and letters."""
+    """Draw section lines across the building, with arrows and letters."""
     s = site.s
     left, top, right, bottom = site.bounds
     far, size, colour = s.unit * s.pick(10, 60), s.unit * s.pick(5, 12), s.pen()
@@ -189,7 +189,7 @@ def section(site: Grounds) -> None:
 
 
 def leaders(site: Grounds) -> None:
-    """Draw notes beside the building with lines that point into it."""
+    """Draw notes beside the building, with leader lines into it."""
     s = site.s
     left, top, right, bottom = site.bounds
     colour = s.pen()
@@ -207,4 +207,4 @@ def leaders(site: Grounds) -> None:
 
 
 OVER_MAKERS: dict[str, Maker] = {'axes': axes, 'section': section, 'leaders': leaders}
-"""What is drawn across a building."""
+"""Components drawn over a building."""

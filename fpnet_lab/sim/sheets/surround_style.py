@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Components drawn around the building of a varied sheet, and what happens to its picture."""
+"""Components around the building of a varied sheet, and effects on its picture."""
 
 from __future__ import annotations
 
@@ -84,20 +84,20 @@ _FRAMINGS: dict[Framing, float] = {
     'small on a large sheet': 0.12,
     'padded': 0.23,
 }
-_BARE_SHARE = 0.12  # of varied sheets have nothing of all this
+_BARE_SHARE = 0.12  # share of varied sheets without any of these parts
 
 
 @dataclass(frozen=True)
 class SurroundStyle:
     """
-    Which components a sheet shows around its building.
+    Selection of the components around a sheet's building.
 
     Parameters
     ----------
     parts : names of :data:`AROUND`, :data:`OVER`, :data:`BLOCKS` and :data:`STRIPS`
     effects : names of :data:`EFFECTS`
-    framing : how much of the sheet is the building
-    seed : of their places, sizes and colours
+    framing : framing of the building in the picture
+    seed : seed of positions, sizes and colours
     """
 
     parts: frozenset[str]
@@ -107,7 +107,7 @@ class SurroundStyle:
 
 
 def draw_surround_style(rng: np.random.Generator) -> SurroundStyle:
-    """Draw a combination of components."""
+    """Sample a combination of components."""
     richness = float(rng.uniform(0.0, 2.0)) * float(rng.random() > _BARE_SHARE)
     parts = {
         name

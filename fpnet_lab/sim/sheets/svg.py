@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Artwork as SVG: groups for layers, real texts, arcs as arcs, dashes as dashes."""
+"""SVG export of artwork, with groups as layers, and native texts, arcs and dashes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def write_svg(
     artwork: Artwork, path: Path, layers: Mapping[Role, str], units_per_mm: float = 1.0
 ) -> Affine2D:
     """
-    Write the artwork, its paper in millimetres and ``units_per_mm`` user units to each.
+    Write the artwork with paper size in mm and ``units_per_mm`` user units per mm.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def write_svg(
 
 
 class _Writer:
-    """Adds marks as elements, in user units."""
+    """Writer of marks as SVG elements, in user units."""
 
     def __init__(self, A_file_page: Affine2D, per_m: float) -> None:
         self._A = A_file_page
@@ -128,7 +128,7 @@ class _Writer:
             ends = centre + radius * np.stack([np.cos(span), np.sin(span)], axis=1)
             start, end = (self._points(point[None]) for point in ends)
             is_large = int(span[1] - span[0] > np.pi)
-            # Counter-clockwise with y up is the negative sense with y down: flag 0.
+            # Counter-clockwise with y up is negative with y down: sweep flag 0.
             outline = f'M {start} A {r:.3f} {r:.3f} 0 {is_large} 0 {end}'
             ET.SubElement(group, 'path', {'d': outline, **style})
 

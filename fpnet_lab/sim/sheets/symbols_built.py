@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Stairs, lifts, ramps, voids and what is overhead in rooms of a varied sheet."""
+"""Stairs, lifts, ramps, voids and overhead symbols in rooms of a varied sheet."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fpnet_lab.sim.sheets.storeys import arrow_head
 
 # All sizes are chosen, not measured.
 
-_TREAD_M = (0.25, 0.32)  # the depth of a tread; chosen
+_TREAD_M = (0.25, 0.32)  # depth of a tread; chosen
 _UP = ('UP', 'DN', 'auf', 'up', '17 Stg.', '18 x 16.7/29')
 
 
@@ -24,7 +24,7 @@ def _treads(f: RoomFrame, u: Array, v0: float, v1: float) -> list[Array]:
 
 
 def _walk(b: Brush, line: Array, has_text: bool) -> list[Mark]:
-    """Return the line of walking with an arrow's head, sometimes with a text."""
+    """Return the walking line with an arrowhead, and optionally a text."""
     head = arrow_head(line[-2], line[-1], b.look.mm(2.0))
     marks = b.lines([line, *head], Role.STAIRS)
     if has_text:
@@ -36,7 +36,7 @@ def _walk(b: Brush, line: Array, has_text: bool) -> list[Mark]:
 
 
 def straight_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return one flight as wide as the room, with a cut line and an arrow."""
+    """Return one flight of stairs with an arrow and optionally a cut line."""
     wide = f.width if f.width < 2.5 else b.uniform(1.2, 2.4)
     start = b.uniform(0.1, 0.25) * f.length
     treads = np.arange(start, f.length - 0.8, b.uniform(*_TREAD_M))[:20]
@@ -55,7 +55,7 @@ def straight_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def turning_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return two flights side by side with a landing between them."""
+    """Return two parallel flights of stairs connected by a landing."""
     length, wide = min(f.length, b.uniform(3.5, 6.5)), min(f.width, 3.6)
     landing = min(wide / 2.0, 0.35 * length)
     treads = np.arange(0.3, length - landing, b.uniform(*_TREAD_M))
@@ -75,7 +75,7 @@ def turning_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def spiral_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return steps around a post."""
+    """Return spiral steps around a post."""
     radius = min(0.45 * f.width, b.uniform(0.8, 1.4))
     centre = f.line((f.length * b.uniform(0.3, 0.7), f.width / 2.0))[0]
     turn = b.uniform(1.4, 2.0) * np.pi
@@ -89,7 +89,7 @@ def spiral_stairs(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def ramp(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return a ramp: its outline, two lines that meet at its top, its slope."""
+    """Return a ramp with its outline, two lines that meet at its top, and its slope."""
     length, wide = f.length * b.uniform(0.5, 0.9), min(f.width, b.uniform(1.2, 3.5))
     ring = f.box(0.05 * f.length, 0.0, length, wide)
     marks: list[Mark] = b.boxes([ring], Role.STAIRS)
@@ -104,7 +104,7 @@ def ramp(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def escalator(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return one or two moving stairs: narrow, with fine steps between rails."""
+    """Return one or two narrow escalators with fine steps between rails."""
     length = min(0.8 * f.length, b.uniform(6.0, 12.0))
     start = (f.length - length) / 2.0
     marks: list[Mark] = []
@@ -120,7 +120,7 @@ def escalator(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def lift(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return a car with a cross and its counterweight."""
+    """Return a lift car with a cross and a counterweight."""
     du, dv = min(f.length - 0.1, b.uniform(1.2, 2.4)), min(f.width - 0.1, b.uniform(1.2, 2.2))
     ring = f.box(0.05, 0.05, du, dv)
     marks = b.boxes([ring], Role.STAIRS) + b.lines([ring[[0, 2]], ring[[1, 3]]], Role.STAIRS)
@@ -128,7 +128,7 @@ def lift(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def void(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return an opening of the floor: an outline with dashed diagonals."""
+    """Return an opening in the floor: a dashed outline with diagonals."""
     rim = b.uniform(0.0, 0.2)
     ring = f.box(
         rim * f.length, rim * f.width, (1.0 - 2.0 * rim) * f.length, (1.0 - 2.0 * rim) * f.width
@@ -137,7 +137,7 @@ def void(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def ceiling(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return a dashed grid of panels."""
+    """Return a dashed grid of ceiling panels."""
     pitch = max(b.uniform(0.6, 1.2), 10.0 * b.look.resolution_m)
     us, vs = np.arange(pitch / 2.0, f.length, pitch), np.arange(pitch / 2.0, f.width, pitch)
     lines = [f.line((u, 0.0), (u, f.width)) for u in us]
@@ -145,7 +145,7 @@ def ceiling(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def beams(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return pairs of dashed lines from wall to wall."""
+    """Return beams as pairs of dashed lines from wall to wall."""
     lines: list[Array] = []
     for u in np.arange(b.uniform(0.5, 2.0), f.length - 0.4, b.uniform(1.5, 5.0)):
         lines += [f.line((u, 0.0), (u, f.width)), f.line((u + 0.3, 0.0), (u + 0.3, f.width))]
@@ -153,7 +153,7 @@ def beams(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def sprinklers(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return small circles or dots on a grid, some joined by pipes."""
+    """Return sprinklers as small circles or dots on a grid, optionally with pipes."""
     pitch = b.uniform(1.2, 3.5)
     u, v = f.grid(pitch, pitch, 0.1, 0.1)
     if not len(u):
@@ -167,7 +167,7 @@ def sprinklers(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def shaft(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return hatching all over a small room."""
+    """Return a small room filled with hatching."""
     ring = f.box(0.0, 0.0, f.length, f.width)
     spacing = max(b.look.mm(b.uniform(0.8, 2.5)), 5.0 * b.look.resolution_m)
     return b.lines(list(hatched([ring], f.angle_rad + np.pi / 4.0, spacing)), Role.FILL)

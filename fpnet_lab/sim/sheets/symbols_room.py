@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Furniture of a varied sheet: in rows, along walls, from wall to wall."""
+"""Furniture symbols in rooms of a varied sheet."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def desks(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def wall_to_wall(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return a counter or shelf that reaches from one wall to the other."""
+    """Return a counter or shelf that extends from wall to wall."""
     depth = b.uniform(0.3, 0.8)
     if b.rng.random() < 0.5:
         at = b.uniform(0.0, 1.0) * (f.length - depth)
@@ -35,12 +35,12 @@ def wall_to_wall(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def cubicles(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return half-height screens between desks: thin lines that bound no room."""
+    """Return desks with half-height partitions: thin lines that are not walls."""
     du, dv = b.uniform(1.6, 2.4), b.uniform(1.6, 2.2)
     u, v = f.grid(du, dv, 0.8, 0.8)
     if not len(u):
         return []
-    # Three sides of each cell, which stays open towards one aisle.
+    # Three sides of each cell; the fourth is open to an aisle.
     ring = np.array([(0.0, 0.0), (0.0, dv), (du, dv), (du, 0.0)])
     lines = list(f.at(np.stack([u, v], axis=1)[:, None] + ring))
     marks = b.lines(lines)
@@ -48,7 +48,7 @@ def cubicles(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def seats(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return rows of seats, as in a hall."""
+    """Return rows of seats, like in a lecture hall."""
     du, dv = b.uniform(0.5, 0.7), b.uniform(0.85, 1.3)
     u, v = f.grid(du, dv, b.uniform(0.6, 1.6), 0.5)
     if b.rng.random() < 0.5:
@@ -57,7 +57,7 @@ def seats(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def racks(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return long parallel shelves, some with a cross in each bay."""
+    """Return long parallel shelves with bays, optionally with diagonals."""
     depth, aisle = b.uniform(0.4, 1.1), b.uniform(0.9, 2.5)
     v = np.arange(b.uniform(0.0, 0.8), f.width - depth, depth + aisle)
     rim = b.uniform(0.3, 1.2)
@@ -99,7 +99,7 @@ def bath(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def kitchen(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return a counter around a corner with hob and sink."""
+    """Return a straight or L-shaped counter with hob and sink."""
     depth = 0.6
     run = f.length * b.uniform(0.5, 1.0)
     marks = b.boxes([f.box(0.0, 0.0, run, depth)])
@@ -111,7 +111,7 @@ def kitchen(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def cars(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return cars side by side with windscreens, seen from above."""
+    """Return parked cars in top view, with windscreens."""
     wide, long = 1.8, b.uniform(4.0, 4.8)
     if f.width < long + 0.3:
         return []
@@ -130,7 +130,7 @@ def cars(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def pots(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return plants in pots along the room's rim: circles with a star."""
+    """Return potted plants along the walls: circles with a star."""
     radius = b.uniform(0.2, 0.6)
     count = int(b.rng.integers(1, 5))
     rim = radius + 0.1
@@ -152,7 +152,7 @@ _STAR: list[Array] = [
 
 
 def machines(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return boxes with a cross or a diagonal."""
+    """Return machines as boxes, some with a diagonal or a cross."""
     marks: list[Mark] = []
     for _ in range(int(b.rng.integers(1, 7))):
         du, dv = b.uniform(0.5, 0.4 * f.length), b.uniform(0.4, 0.4 * f.width)
@@ -164,7 +164,7 @@ def machines(f: RoomFrame, b: Brush) -> list[Mark]:
 
 
 def table(f: RoomFrame, b: Brush) -> list[Mark]:
-    """Return one long table in the middle with chairs around it."""
+    """Return one long table in the middle of the room with chairs on both sides."""
     du, dv = f.length * b.uniform(0.3, 0.65), f.width * b.uniform(0.2, 0.4)
     u, v = (f.length - du) / 2.0, (f.width - dv) / 2.0
     marks = b.boxes([f.box(u, v, du, dv)])

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What spreads over a storey of a varied sheet: columns, escape signs, routes, sections, wires."""
+"""Symbols across a storey of a varied sheet: columns, escape signs, routes, sections, wires."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from fpnet_lab.sim.types import polygons_from_rings
 _GREENS: tuple[Colour, ...] = ((0.0, 0.55, 0.25), (0.1, 0.7, 0.2), (0.85, 0.1, 0.1))
 _COLUMN_ROOM_M2 = 25.0
 _SECTION_DASHES_MM = (8.0, 2.0, 1.0, 2.0)
-_MOST_FURNISHED = 25  # rooms: furnishing takes time
+_MOST_FURNISHED = 25  # maximum number of furnished rooms, because furnishing is slow
 _WHITE: Colour = (1.0, 1.0, 1.0)
 
 
@@ -60,7 +60,7 @@ def columns(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[
 
 
 def escape_signs(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return coloured boxes with an arrow, and bare arrows, near doors and in corridors."""
+    """Return escape arrows near doors, some in coloured boxes."""
     colour = _GREENS[int(rng.integers(len(_GREENS)))]
     size = look.mm(float(rng.uniform(2.0, 6.0)))
     marks: list[Mark] = []
@@ -85,7 +85,7 @@ def escape_signs(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 
 
 def routes(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return ways out: from the middles of rooms through doors, with arrows."""
+    """Return escape routes with arrows, from the centres of rooms through doors."""
     plan = storey.on_page
     middles = [room.mean(axis=0) for room in storey.rooms]
     doors = [door for door in plan.doors if not door.is_open]
@@ -106,7 +106,7 @@ def routes(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[M
 
 
 def sections(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return dash-dotted lines right through the building with a letter at either end."""
+    """Return dash-dotted section lines through the building with a letter at both ends."""
     low, high = storey.on_page.extent + np.array([[-1.0], [1.0]]) * look.mm(6.0)
     marks: list[Mark] = []
     colour = hue_colour(rng, 0.9, 0.7) if rng.random() < 0.3 else look.line
@@ -126,7 +126,7 @@ def sections(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list
 
 
 def wires(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return wires and pipes: polylines with right angles across rooms and walls."""
+    """Return wires and pipes: rectangular polylines across rooms and walls."""
     low, high = storey.on_page.extent
     marks: list[Mark] = []
     for _ in range(int(rng.integers(1, 4))):
@@ -146,7 +146,7 @@ def wires(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Ma
 def loose_furniture(
     storey: PlacedStorey, taken: set[int], style: InteriorStyle, brush: Brush
 ) -> list[Mark]:
-    """Return usual furniture in rooms that are free, filled where the paint says so."""
+    """Return standard furniture in free rooms, filled if the brush has a fill colour."""
     plan = storey.on_page
     free = [n for n, room in enumerate(plan.rooms) if room.kind == 'room' and n not in taken]
     count = min(_MOST_FURNISHED, round(style.density * len(free)))
@@ -162,7 +162,7 @@ def loose_furniture(
 
 
 def icons(at: Array, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return a small coloured disc or square, with a letter or empty."""
+    """Return a small coloured disc or square, optionally with a letter."""
     size = look.mm(float(rng.uniform(1.5, 3.5)))
     colour = hue_colour(rng, 0.9, 0.85)
     square = size * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])

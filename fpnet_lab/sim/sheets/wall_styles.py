@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Walls and windows of a varied sheet: outer and inner ones, glass, separators."""
+"""Styles of walls and windows of a varied sheet: outer and inner walls, glass, separators."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from fpnet_lab.sim.sheets.storeys import (
 )
 from fpnet_lab.sim.types import polygons_from_rings
 
-_SKIN_M = 0.01  # numerical: parts of walls overlap so far, lest paper shows between them
+_SKIN_M = 0.01  # numerical: overlap of wall parts, so that no gap shows between them
 # Chosen, not measured:
-_MULLION_DEPTH = 0.6  # of a tick over the depth of the window
-_SILL_OUT = 0.5  # how far a sill reaches out over the depth of the window
+_MULLION_DEPTH = 0.6  # length of a mullion relative to the depth of the window
+_SILL_OUT = 0.5  # overhang of a sill relative to the depth of the window
 _GLASS_LIGHT = 0.9
 
 
 def wall_marks(storey: PlacedStorey, look: Look, style: InteriorStyle) -> list[Mark]:
-    """Return all that is solid, inner walls first, and the windows."""
+    """Return the marks of all walls, inner walls first, and of the windows."""
     walls, panes = solid_parts(storey, look)
     depth = outer_wall_m(storey, look) + (storey.drawn_wall_m - storey.plan.wall_m) / 2.0
     shell = storey.shell(outer_wall_m(storey, look))
@@ -56,7 +56,7 @@ def wall_marks(storey: PlacedStorey, look: Look, style: InteriorStyle) -> list[M
 
 
 def _glass(inner: BaseGeometry, storey: PlacedStorey, style: InteriorStyle) -> BaseGeometry:
-    """Return the walls around a few rooms."""
+    """Return the inner walls around a few rooms, to be drawn as glass."""
     if style.glass_share <= 0.0:
         return shapely.Polygon()
     rng = np.random.default_rng(style.seed)
@@ -74,7 +74,7 @@ def _glass(inner: BaseGeometry, storey: PlacedStorey, style: InteriorStyle) -> B
 def _painted(
     walls: BaseGeometry, paint: WallPaint, look: Look, depth_m: float, shell: BaseGeometry | None
 ) -> list[Mark]:
-    """Return walls in one paint; a middle line needs the ``shell`` of outer walls."""
+    """Return walls in one style; a cavity line needs the ``shell`` of outer walls."""
     kind: str = paint.kind
     if kind == 'as look':
         kind = {'solid': 'solid', 'thin': 'solid', 'tinted': 'coloured'}.get(
@@ -103,7 +103,7 @@ def _painted(
 
 
 def window_marks(panes: Array, look: Look, style: InteriorStyle) -> list[Mark]:
-    """Return windows (N, 4, 2): two corners on the inner face, then two on the outer one."""
+    """Return the marks of windows (N, 4, 2): two inner corners, then two outer corners."""
     if not len(panes):
         return []
     paint = style.windows

@@ -45,7 +45,7 @@ def bare_image(folder):
 def test_a_bare_image_is_measured_by_its_rooms_and_doors(tmp_path, capsys):
     assert run(bare_image(tmp_path), '--tours', 0, '--json', '-') == 0
     printed = capsys.readouterr()
-    assert 'Nobody states the scale of this drawing' in printed.err
+    assert 'The drawing states no scale' in printed.err
     report = json.loads(printed.out)
     assert report['verdict'] == {
         'fitness': 'fit', 'usable': True, 'accepted': None, 'reasons': []
@@ -88,8 +88,8 @@ def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
     assert run(tmp_path / 'plan.yaml', '--tours', 0, '--json', '-') == 1
     report = json.loads(capsys.readouterr().out)
     doors, whole = report['verdict']['reasons']
-    assert doors['what'].startswith('its middle door is 0.1')
-    assert 'those of a building at 0.0' in whole['what']
+    assert doors['what'].startswith('its median door is 0.1')
+    assert 'doors and walls suggest 0.0' in whole['what']
     for reason in (doors, whole):
         assert '--length X1,Y1,X2,Y2=METRES' in reason['next']
 

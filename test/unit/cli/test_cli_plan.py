@@ -39,7 +39,7 @@ def test_it_writes_a_map_a_record_and_a_picture(drawing, tmp_path, capsys):
     printed = capsys.readouterr()
     report = json.loads(printed.out)
     assert 'sheet.png: ' in printed.err
-    assert 'a length of 10 m' in printed.err
+    assert 'from a length of 10 m' in printed.err
     assert (report['rooms'], report['doors']) == (7, 6)
     assert report['scale']['source'] == 'length'
     record = json.loads((out.parent / 'plan.json').read_text())
@@ -68,10 +68,10 @@ def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
     out = tmp_path / 'out' / 'plan.yaml'
     assert run('plan', drawing, '--length', '0,0,200,0=100', '--out', out, '--json', '-') == 1
     printed = capsys.readouterr()
-    assert 'doubtful: its middle room has' in printed.err
+    assert 'doubtful: its median room has' in printed.err
     verdict = json.loads(printed.out)['verdict']
     assert verdict['fitness'] == 'doubtful'
-    assert verdict['reasons'][0]['what'].endswith('m²: no building at this scale')
+    assert verdict['reasons'][0]['what'].endswith('m²: implausible at this scale')
     assert out.is_file()
 
 
@@ -108,9 +108,9 @@ def test_what_is_no_floorplan_is_one_line_and_nothing_is_written(tmp_path, capsy
 def test_rooms_of_a_slip_in_the_scale_are_doubted_as_well(drawing, capsys):
     assert run('segment', drawing, '--length', '0,0,200,0=100', '--json', '-') == 0
     printed = capsys.readouterr()
-    assert 'doubt: its middle room has' in printed.err
+    assert 'warning: its median room has' in printed.err
     reasons = json.loads(printed.out)['verdict']['reasons']
-    assert reasons[0]['what'].endswith('m²: no building at this scale')
+    assert reasons[0]['what'].endswith('m²: implausible at this scale')
 
 
 def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):
@@ -132,7 +132,7 @@ def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):
     assert not [note for note in bare.notes if 'Pixels are' in note]
     per_unit = bare.drawing.A_pixel_image[0, 0]
     assert per_unit > 1.5
-    said = f'picture of {width} x {height} that the SVG was painted as, {per_unit:.4g} of them'
+    said = f'{width} x {height} image rendered from the SVG, {per_unit:.4g} per unit'
     assert said in stated.notes[-1]
 
 
@@ -156,7 +156,7 @@ def test_a_map_without_a_room_says_what_to_look_at(drawing, tmp_path, capsys):
     (tmp_path / 'sheet.yaml').write_text(json.dumps(fields))
     assert run('plan', tmp_path / 'sheet.yaml', '--out', tmp_path / 'out' / 'plan.yaml') == 1
     assert (
-        'no room was found at 0.05 m per cell: is the scale right, and are negate'
+        'no room was found at 0.05 m per cell: check the scale and, for a map_server map, negate'
         in capsys.readouterr().out
     )
 
@@ -169,7 +169,7 @@ def test_a_length_off_the_drawing_is_no_scale(drawing, tmp_path, capsys, ends, i
         write_map(plan_grid(), drawing)
     out = tmp_path / 'out' / 'plan.yaml'
     assert run('plan', drawing, '--length', f'{ends}=10', '--out', out) == 1
-    assert 'lies off the drawing; expected both places within 0, 0, ' in capsys.readouterr().err
+    assert 'lies outside the drawing; expected both points within 0, 0' in capsys.readouterr().err
 
 
 def test_a_mirrored_drawing_is_flipped(drawing, tmp_path):

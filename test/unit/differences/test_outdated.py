@@ -43,8 +43,8 @@ def test_walls_that_are_new_and_gone_are_told_apart():
     assert (said.new_m, said.missing_m) == (4.0, 2.0)
     assert said.share == pytest.approx(0.3)
     assert said.said == (
-        'the drawing is out of date here: 4 m of wall that is not drawn, 2 m drawn and not there, '
-        '30 % of the walls within 10 m of (5.0, 5.0)'
+        'the drawing is out of date here: 4 m of observed wall not drawn, 2 m of drawn wall '
+        'missing, 30 % of the walls within 10 m of (5.0, 5.0)'
     )
     assert said.as_json()['xy'] == [5.0, 5.0]
 

@@ -39,10 +39,10 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         (RIGHT, None, '', []),
         (
             replace(RIGHT, scan_clock_s=-0.1),
-            Problem.LAG, '/points', ['if its stamps are 0.10 s early', 'scan_stamp:=start'],
+            Problem.LAG, '/points', ['if its stamps are 0.10 s too early', 'scan_stamp:=start'],
         ),
         (replace(RIGHT, scan_clock_s=-0.1, last_time_s=0.1), None, '', []),
-        (replace(RIGHT, scan_clock_s=0.14), Problem.LAG, '/points', ['0.14 s late']),
+        (replace(RIGHT, scan_clock_s=0.14), Problem.LAG, '/points', ['0.14 s too late']),
         (
             replace(RIGHT, scans='/lidar/map_points', frame='laser_link'),
             Problem.FRAME, 'laser_link',
@@ -50,9 +50,9 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, frame='lidar_', T_mount_lidar=None),
-            Problem.FRAME, 'lidar_', ['there is lidar'],
+            Problem.FRAME, 'lidar_', ['did you mean lidar?'],
         ),
-        (replace(RIGHT, frame=''), Problem.FRAME, '/points', ['names no frame']),
+        (replace(RIGHT, frame=''), Problem.FRAME, '/points', ['has no frame_id']),
         (replace(RIGHT, child=''), Problem.FRAME, '/odom', ['child_frame_id']),
         (
             replace(RIGHT, more_transforms=(('odom', 'base_link'), ('odom_lidar', 'base_link'))),
@@ -64,7 +64,7 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, scans='/points', tf='/robot_1/tf'),
-            Problem.FRAME, 'lidar', ['nothing on /tf_static joins both'],
+            Problem.FRAME, 'lidar', ['no transform on /tf_static connects them'],
         ),
         (
             replace(RIGHT, more_transforms=(('a', 'b'), ('b', 'c'), ('c', 'a'))),
@@ -87,7 +87,7 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, T_mount_lidar=turned('y', 15.0)),
-            Problem.TILTED, 'lidar', ['after a turn of 15 degrees', '--pitch'],
+            Problem.TILTED, 'lidar', ['after a rotation of 15 degrees', '--pitch'],
         ),
         (
             replace(RIGHT, T_mount_lidar=turned('zyx', (-90.0, 0.0, -90.0))),
@@ -108,7 +108,7 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, gyro_frame='imu', gyro_factor=180.0 / np.pi),
-            Problem.GYRO, '/imu/data', ['times the turns that the scans tell: degrees', 'rad/s'],
+            Problem.GYRO, '/imu/data', ['times the rotation of the scans: degrees', 'rad/s'],
         ),
         (
             replace(RIGHT, gyro_frame='imu', gyro_factor=0.6),
@@ -116,7 +116,7 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, gyro_frame='imu', gyro_offset_deg=5.0),
-            Problem.GYRO, '/imu/data', ['5.1 degrees a second', 'stands still'],
+            Problem.GYRO, '/imu/data', ['5.1 degrees per second', 'stands still'],
         ),
         (
             replace(RIGHT, gyro_frame='imu', T_imu_lidar=turned('x', 180.0)),
@@ -126,10 +126,10 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
             replace(RIGHT, gyro_frame='imu', T_imu_lidar=turned('x', 90.0)),
             Problem.GYRO, '/imu/data', ['other axes', 'rotation'],
         ),
-        (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry says']),
+        (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry reports']),
         (
             replace(RIGHT, wheel_scale=1.4),
-            Problem.ODOMETRY, '/odom', ['times the way', 'radius of the wheels'],
+            Problem.ODOMETRY, '/odom', ['times the distance', 'wheel radius'],
         ),
         (
             replace(RIGHT, T_mount_lidar=turned('z', 20.0)),
@@ -137,12 +137,12 @@ def test_scans_tell_a_lidar_that_hangs_upside_down(drive):
         ),
         (
             replace(RIGHT, drift_deg_per_m=4.0),
-            Problem.ODOMETRY, '/odom', ['degrees a metre that nobody drove'],
+            Problem.ODOMETRY, '/odom', ['degrees per metre'],
         ),
-        (replace(RIGHT, flips=True), Problem.ODOMETRY, '/odom', ['as no robot does', 'two nodes']),
+        (replace(RIGHT, flips=True), Problem.ODOMETRY, '/odom', ['impossibly fast', 'two nodes']),
         (
             replace(RIGHT, mirrored_turns=True),
-            Problem.ODOMETRY, '/odom', ['turning the other way', 'wrong sign', '--roll 3.14159'],
+            Problem.ODOMETRY, '/odom', ['opposite rotation', 'wrong sign', '--roll 3.14159'],
         ),
         (
             replace(RIGHT, T_mount_lidar=turned('z', 90.0)),
@@ -167,21 +167,21 @@ def test_each_fault_is_found_in_the_first_seconds_and_no_other(
 def test_missing_and_wrong_topics_are_named_with_what_is_there(drive, tmp_path):
     path = record(tmp_path / 'bag', drive, RIGHT)
     for name, words in (
-        ('/scan', ['nobody publishes it', 'there is /points', 'points:=/points']),
-        ('/odom', ['is a nav_msgs/msg/Odometry', 'there is /points']),
+        ('/scan', ['nobody publishes it', 'available: /points', 'points:=/points']),
+        ('/odom', ['is a nav_msgs/msg/Odometry', 'available: /points']),
     ):
         found = examine(observe_bag(path, 10.0, name))
         assert found[0].problem is Problem.TOPIC
         assert all(word in f'{found[0].said} {found[0].next}' for word in words), found[0].said
     found = examine(observe_bag(path, 10.0, odometry='/wheels'))
     assert [finding.problem for finding in found] == [Problem.TOPIC]
-    assert 'there is /odom' in found[0].said
+    assert 'available: /odom' in found[0].said
     empty = tmp_path / 'empty'
     with BagWriter(empty) as bag:
         bag.write_number('/battery', 1, 0.5)
     (finding,) = examine(observe_bag(empty, 10.0))
     assert finding.problem is Problem.TOPIC
-    assert 'nothing here carries scans' in finding.said
+    assert 'no topic has scans' in finding.said
 
 
 def test_scans_that_cannot_be_read_are_told_once(drive, tmp_path, monkeypatch):

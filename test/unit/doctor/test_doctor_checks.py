@@ -164,7 +164,7 @@ def test_of_missing_inputs_what_there_is_of_their_kind_is_named():
     )
     (finding,) = check_published(seen, ['/points', '/lidar', '/absent'])
     assert finding.where == '/points'
-    assert 'there is /lidar' in finding.evidence
+    assert 'available: /lidar' in finding.evidence
 
 
 def _tree(edges):
@@ -269,12 +269,12 @@ def _driven(way=1.0, mount_deg=0.0, drift_deg_per_m=0.0, gain=1.0, count=80):
 @pytest.mark.parametrize(
     ('wrong', 'words'),
     [
-        ({'way': 1.4}, ['1.40 times the way', 'radius']),
-        ({'way': 0.8}, ['0.80 times the way']),
+        ({'way': 1.4}, ['1.40 times the distance', 'radius']),
+        ({'way': 0.8}, ['0.80 times the distance']),
         ({'mount_deg': 20.0}, ['20 degrees to one side', 'by 20 degrees']),
         ({'mount_deg': -20.0}, ['20 degrees to one side', 'by -20 degrees']),
-        ({'drift_deg_per_m': 1.0}, ['0.9 degrees a metre that nobody drove', 'offset']),
-        ({'gain': 1.3}, ['1.29 times the turns', 'distance between the wheels']),
+        ({'drift_deg_per_m': 1.0}, ['0.9 degrees per metre', 'offset']),
+        ({'gain': 1.3}, ['1.29 times the rotation', 'track width']),
     ],
 )
 def test_what_is_steadily_wrong_with_an_odometry_is_measured(wrong, words):
@@ -298,6 +298,6 @@ def test_scans_that_alone_tell_the_motion_must_come_often(hz, is_rare):
     seen = Observed(10.0, (topic('/points', POINT_CLOUD, stamps_ns),), '/points')
     found = list(check_rate(seen))
     assert [finding.problem for finding in found] == [Problem.RARE] * is_rare
-    assert not is_rare or '2.0 a second' in found[0].said
+    assert not is_rare or '2.0 Hz' in found[0].said
     told = replace(seen, track=PoseTrack.of([(k, np.eye(4)) for k in stamps_ns]))
     assert list(check_rate(told)) == []

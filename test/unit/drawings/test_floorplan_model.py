@@ -68,7 +68,7 @@ def test_arrays_are_copies_and_read_only():
         (lambda: ModelWall((SQUARE[:, :1],)), r'ModelWall\.rings: expected shape'),
         (lambda: ModelRoom((SQUARE * np.nan,)), r'ModelRoom\.rings: holds NaN'),
         (lambda: ModelRoom((SQUARE,), printed_area_m2=0.0), 'printed_area_m2: must be positive'),
-        (lambda: ModelDoor(LINE[[0, 0]]), r'ModelDoor\.ends: both are one place'),
+        (lambda: ModelDoor(LINE[[0, 0]]), r'ModelDoor\.ends: the two ends coincide'),
         (lambda: ModelDoor(LINE, -1.0), r'ModelDoor\.depth_m: must be 0 or more'),
         (lambda: ModelDoor(LINE, hinge=2), r'ModelDoor\.hinge: must be 0, 1 or None'),
         (lambda: ModelDoor(LINE, leaf=SQUARE), r'ModelDoor\.leaf: expected shape'),

@@ -80,7 +80,7 @@ def test_places_are_those_of_the_picture_itself(tmp_path, monkeypatch):
     np.testing.assert_allclose(*apart, rtol=0.01)
     stated = read_plan(tmp_path / 'a.png', ReadOptions(resolution_m=0.025))
     assert stated.grid.resolution == pytest.approx(0.05)
-    assert any(f'picture of {width} x {height} pixels' in note for note in stated.notes)
+    assert any(f'image of {width} x {height} pixels' in note for note in stated.notes)
     with pytest.raises(MapFormatError, match=f'within 0, 0, {width}, {height}'):
         read_plan(tmp_path / 'a.png', ReadOptions(crop=(0, 0, width + 1, 40)))
 

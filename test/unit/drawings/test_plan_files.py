@@ -76,7 +76,8 @@ def test_a_scale_that_somebody_states_later_is_stated(reading, tmp_path):
 def test_a_length_on_a_map_is_its_scale(reading, tmp_path):
     write_plan(reading, tmp_path / 'plan.yaml')
     measured = read_plan(tmp_path / 'plan.yaml', ReadOptions(length=(0, 0, 30, 40, 5.0)))
-    assert measured.scale == DrawingScale(0.1, 0.1, 0.1, ScaleSource.LENGTH, 'a length of 5 m')
+    expected = DrawingScale(0.1, 0.1, 0.1, ScaleSource.LENGTH, 'from a length of 5 m')
+    assert measured.scale == expected
     assert measured.grid.resolution == 0.1
 
 
@@ -85,7 +86,7 @@ def test_a_length_on_a_map_is_its_scale(reading, tmp_path):
 )
 def test_a_map_has_no_parts(reading, tmp_path, options):
     write_plan(reading, tmp_path / 'plan.yaml')
-    with pytest.raises(MapFormatError, match='taken as it is'):
+    with pytest.raises(MapFormatError, match='used as it is'):
         read_plan(tmp_path / 'plan.yaml', options)
 
 

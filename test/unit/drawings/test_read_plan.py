@@ -228,8 +228,8 @@ def test_the_reading_says_how_many_rooms_there_are(tmp_path):
     [
         (ReadOptions(length=(0.0, 0.0, 10.0, 10.0)), 'length: expected 5 numbers'),
         (ReadOptions(crop=(0, 0)), 'crop: expected 4 numbers'),
-        (ReadOptions(storey=0), 'storey: expected a number from 1 on, got 0'),
-        (ReadOptions(page=0), 'page: expected a number from 1 on, got 0'),
+        (ReadOptions(storey=0), 'storey: expected a number of at least 1, got 0'),
+        (ReadOptions(page=0), 'page: expected a number of at least 1, got 0'),
         (ReadOptions(1.0, (0.0, 0.0, 9.0, 9.0, 1.0)), 'resolution and length both state'),
         (ReadOptions(np.inf), 'resolution must be positive metres per pixel, got inf'),
     ],
@@ -254,7 +254,7 @@ def test_a_scale_of_no_building_is_refused(tmp_path, options, is_map):
     if is_map:
         path = path.with_suffix('.yaml')
         path.write_text('image: plan.png\nresolution: 0.05\norigin: [0, 0, 0]\n')
-    with pytest.raises(MapFormatError, match=r'm long, as no building is; say metres'):
+    with pytest.raises(MapFormatError, match=r'm long, implausible for a building; give'):
         read_plan(path, options)
 
 
@@ -268,6 +268,6 @@ def test_a_cover_is_no_building_but_there_are_other_pages(tmp_path):
     path, picture = tmp_path / 'plan.tif', Image.fromarray(storey()[0])
     cover = Image.new('L', picture.size, 255)
     cover.save(path, save_all=True, append_images=[picture.convert('L')])
-    with pytest.raises(MapFormatError, match=r'shows no building.*; page 1 of 2 was read; --page'):
+    with pytest.raises(MapFormatError, match=r'shows no building.*; page 1 of 2 was read.*--page'):
         read_plan(path)
     assert read_plan(path, ReadOptions(page=2)).is_readable

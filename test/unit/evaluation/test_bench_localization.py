@@ -130,7 +130,7 @@ def test_changed_walls_are_neither_all_gone_nor_all_there():
 
 def test_cases_without_their_data_are_missing(tmp_path):
     for kind, building in ((CaseKind.LOG, 'intel'), (CaseKind.MESH, 'willowgarage')):
-        with pytest.raises(MissingDataError, match='absent'):
+        with pytest.raises(MissingDataError, match='missing'):
             make_inputs(Case('x', 'logs', kind, building, 0), tmp_path)
 
 

@@ -30,7 +30,7 @@ def test_the_command_counts_right_and_wrong_of_each_method(tmp_path, monkeypatch
     with pytest.raises(SystemExit) as ended:
         main(['bench', 'peers', '--limit', '3', '--maps', '0', '--json', str(path)])
     assert not ended.value.code
-    assert '3 drives' in capsys.readouterr().out
+    assert '3 recordings' in capsys.readouterr().out
     report = json.loads(path.read_text())
     ours, theirs = (report['methods'][name] for name in ('fpnet', 'rival'))
     assert (ours['runs'], ours['right'], ours['claimed_right']) == (3, 3, 3)

@@ -43,11 +43,11 @@ def test_arrays_come_back(tmp_path, array):
         (lying_npy('<f8', (2**62, 2**62), zeros=64), 'needs'),
         (lying_npy('<f8', (-1,), zeros=64), 'negative shape'),
         (npy_bytes(np.arange(9.0))[:-3], 'needs 72 bytes, got 69'),
-        (npy_bytes(np.arange(9.0))[:40], 'no usable array'),
+        (npy_bytes(np.arange(9.0))[:40], 'not a usable array'),
         (b'\x93NUMPY\x09\x00', 'version'),
-        (b'', 'no usable array'),
-        (b'\x93NUMPY\x01\x00\x10\x00' + b"{'descr': (     ", 'no usable array'),
-        (b'PK\x03\x04', 'no usable array'),
+        (b'', 'not a usable array'),
+        (b'\x93NUMPY\x01\x00\x10\x00' + b"{'descr': (     ", 'not a usable array'),
+        (b'PK\x03\x04', 'not a usable array'),
     ],
 )
 def test_damaged_arrays_are_refused(tmp_path, monkeypatch, content, message):

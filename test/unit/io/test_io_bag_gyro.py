@@ -40,7 +40,7 @@ def test_turns_are_those_of_the_lidar_wherever_the_imu_is(tmp_path, topics, capl
         turns = [a.T @ b for a, b in pairwise(told)]
         expected = Rotation.from_rotvec([0.0, 0.0, 0.1 * TURN_RADPS]).as_matrix()
         np.testing.assert_allclose(turns, np.tile(expected, (len(turns), 1, 1)), atol=1e-9)
-    assert 'turns are those of the gyroscope on /imu/data' in caplog.text
+    assert 'rotations are taken from the gyroscope on /imu/data' in caplog.text
 
 
 def test_of_planar_scanners_as_well(tmp_path):
@@ -65,7 +65,7 @@ def test_of_planar_scanners_as_well(tmp_path):
 @pytest.mark.parametrize(
     ('how', 'why'),
     [
-        ({'is_mounted': False}, 'no transform on /tf_static joins them'),
+        ({'is_mounted': False}, 'no transform on /tf_static connects them'),
         ({'rate': (0.0, np.nan, 0.0)}, 'angular_velocity is not finite'),
     ],
 )

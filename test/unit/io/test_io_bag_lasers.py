@@ -101,7 +101,9 @@ def test_odometry_whose_poses_are_too_far_apart_places_no_scan(tmp_path, is_plan
                 bag.write_cloud('/points', stamp_ns, 'base_link', np.ones((9, 3), np.float32))
             if index % 10 == 0:  # once a second
                 bag.write_odometry('/odom', stamp_ns + 1, 'odom', 'base_link', np.eye(4))
-    with pytest.raises(OdometryError, match=r'all 20 scans lie .* 0.5 s apart.*--odometry kiss'):
+    with pytest.raises(
+        OdometryError, match=r'all 20 scans lie .* 0.5 s or half a turn.*--odometry kiss'
+    ):
         list(open_scans(tmp_path / 'bag'))
 
 
@@ -129,7 +131,7 @@ def test_clouds_come_before_planar_scans_unless_these_are_named(tmp_path, caplog
         bag.write_cloud('/points', stamp_ns, 'lidar', np.ones((5, 3)))
     with caplog.at_level(logging.WARNING):
         assert len(next(iter(open_scans(tmp_path / 'bag'))).points) == 5
-    assert 'scans are those on /points; name /scan to take that instead' in caplog.text
+    assert 'using the scans on /points; to use /scan instead' in caplog.text
     assert len(next(iter(open_scans(tmp_path / 'bag', topics=['/scan']))).points) > 300
     with pytest.raises(BagFormatError, match='cannot merge /scan, /points; name one PointCloud2'):
         open_scans(tmp_path / 'bag', topics=['/scan', '/points'])
@@ -139,13 +141,13 @@ def test_clouds_come_before_planar_scans_unless_these_are_named(tmp_path, caplog
 
 def test_scanners_whose_place_is_unknown_are_named(tmp_path):
     bag = record(tmp_path / 'bag', mounted=False)
-    with pytest.raises(OdometryError, match=r"/rear/scan: the place of 'rear_laser' on 'front_l"):
+    with pytest.raises(OdometryError, match=r"/rear/scan: the pose of 'rear_laser' in 'front_l"):
         open_scans(bag)
 
 
 def test_two_topics_of_one_scanner_are_not_merged(tmp_path):
     bag = record(tmp_path / 'bag', {'/scan': FRONT, '/scan_filtered': FRONT})
-    with pytest.raises(BagFormatError, match="/scan and /scan_filtered are both of scanner 'fro"):
+    with pytest.raises(BagFormatError, match="and /scan_filtered are from the same scanner 'fro"):
         open_scans(bag)
     assert len(list(open_scans(bag, topics=['/scan_filtered']))) == SWEEPS
 
@@ -161,7 +163,7 @@ def test_a_tilted_scanner_is_refused_with_bag_and_message(tmp_path):
 
 def test_a_scanner_beside_wheels_without_a_transform_is_nowhere(tmp_path):
     bag = record(tmp_path / 'bag', {'/scan': FRONT}, mounted=False, wheels=True)
-    unknown = "the place of 'front_laser' on 'base_link' is unknown: no transform on /tf_static"
+    unknown = "the pose of 'front_laser' in 'base_link' is unknown: no transform on /tf_static"
     with pytest.raises(OdometryError, match=unknown):
         open_scans(bag)
 

@@ -140,12 +140,12 @@ def test_debug_clouds_of_kiss_are_passed_over(tmp_path):
 @pytest.mark.parametrize(
     ('topics', 'options', 'message'),
     [
-        ({'clouds': ()}, {}, 'no PointCloud2 or LaserScan topic; it holds /ground_truth, /odom'),
+        ({'clouds': ()}, {}, 'no PointCloud2 or LaserScan topic; it has /ground_truth, /odom'),
         ({'clouds': ('/a', '/b')}, {}, 'several PointCloud2 or LaserScan topics: /a, /b'),
         ({'odometry': ('/a', '/b')}, {}, 'several Odometry topics: /a, /b'),
         ({}, {'topics': ['/kiss/odometry']}, '/kiss/odometry is missing'),
-        ({'odometry': ('/a', '/b')}, {'topics': ['/a', '/b']}, 'name one topic of odometry'),
-        ({}, {'topics': ['/odom'], 'odometry_topic': ''}, 'cannot take /odom'),
+        ({'odometry': ('/a', '/b')}, {'topics': ['/a', '/b']}, 'name one odometry topic'),
+        ({}, {'topics': ['/odom'], 'odometry_topic': ''}, 'cannot use /odom'),
         ({}, {'odometry_topic': '/none'}, '/none is missing'),
         ({}, {'truth_topic': '/points'}, '/points is sensor_msgs'),
     ],
@@ -203,8 +203,8 @@ def test_sensor_mounting_comes_from_static_transforms(tmp_path):
 @pytest.mark.parametrize(
     ('child', 'reason'),
     [
-        ('base', r"the place of 'lidar' on 'base' is unknown: no transform on /tf_static joins"),
-        ('', r"the place of 'lidar' is unknown: the odometry names no child_frame_id"),
+        ('base', r"the pose of 'lidar' in 'base' is unknown: no transform on /tf_static connects"),
+        ('', r"the pose of 'lidar' is unknown: the odometry has no child_frame_id"),
     ],
 )
 def test_an_unknown_mounting_is_never_taken_to_coincide(tmp_path, child, reason):
@@ -228,7 +228,7 @@ def test_odometry_that_is_in_tf_only_is_that_of_what_the_sensor_is_fixed_to(tmp_
     scans = list(scans_of(tmp_path / 'bag', odometry='robot'))
     assert len(scans) == 5
     np.testing.assert_allclose(scans[2].T_odom_sensor, pose(1.0, 0.2) @ T_base_lidar, atol=1e-9)
-    with pytest.raises(OdometryError, match='brings no odometry of its own'):
+    with pytest.raises(OdometryError, match='has no odometry'):
         scans_of(record(tmp_path / 'without', odometry=()), odometry='both')
 
 
@@ -276,7 +276,7 @@ def test_missing_bags(tmp_path):
 
 def test_what_is_no_bag_is_not_said_to_be_a_broken_one(tmp_path):
     (tmp_path / 'drive.log').write_bytes(b'FLASER 0 0 0 0')
-    with pytest.raises(BagFormatError, match=r'is no bag: expected a folder, or a file as'):
+    with pytest.raises(BagFormatError, match=r'is not a bag: expected a folder or a file'):
         BagReader(tmp_path / 'drive.log')
 
 
@@ -326,7 +326,7 @@ def test_static_transforms_are_latched_and_clouds_are_not(tmp_path):
 def test_what_never_moves_on_the_tf_of_ros_1_is_fixed(tmp_path):
     """Robots that are older than tf2 have no /tf_static."""
     old = as_of_ros_1(record(tmp_path / 'drive', child='base'))
-    with pytest.raises(OdometryError, match=r"'lidar' on 'base' is unknown"):
+    with pytest.raises(OdometryError, match=r"'lidar' in 'base' is unknown"):
         list(open_scans(old))
     types = get_typestore(Stores.ROS1_NOETIC)
     msg = types.types

@@ -85,8 +85,8 @@ def test_clock_that_stands_still_is_replaced(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', 'no FLASER'),
-        ('hello\n', 'no FLASER'),
+        ('', 'no laser scans'),
+        ('hello\n', 'no laser scans'),
         ('FLASER\n', 'line 1: malformed FLASER'),
         ('\nFLASER 3 1 2\n', 'line 2: malformed'),
         ('FLASER 99999999999 1 2\n', 'malformed'),

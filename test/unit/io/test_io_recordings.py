@@ -28,7 +28,7 @@ def test_truth_of_another_resolution_is_refused(tmp_path):
     check_truth(truth, 0.05)
     (tmp_path / 'truth.json').write_text(json.dumps({RESOLUTION_KEY: 0.0317}))
     check_truth(truth, 0.0317)
-    with pytest.raises(FpnetError, match=r'0\.0317 m per pixel, which was read at 0\.05'):
+    with pytest.raises(FpnetError, match=r'0\.0317 m per pixel, but it was read at 0\.05'):
         check_truth(truth, 0.05)
     check_truth(tmp_path / 'mine.tum', 0.05)
     (tmp_path / 'truth.json').write_text('{}')

@@ -244,5 +244,5 @@ def test_a_damaged_file_is_refused(tmp_path, damage):
         change = {'shape': ('[3, 3]', '[30, 3]'), 'field': ('"covariance"', '"__class__"')}[damage]
         stored = to_arrays(update)
         np.savez(path, **{**stored, 'tree': np.array(str(stored['tree']).replace(*change))})
-    with pytest.raises(FpnetError, match='not a written tick'):
+    with pytest.raises(FpnetError, match='not a saved update'):
         read_output(path)

@@ -111,10 +111,10 @@ def test_mutated_archives_never_escape_the_error_type(tmp_path):
 
 
 def test_other_inputs_are_refused_with_the_choices(tmp_path):
-    with pytest.raises(CloudFormatError, match='holds no scans'):
+    with pytest.raises(CloudFormatError, match='has no scans'):
         open_scans(tmp_path)
     (tmp_path / 'a.txt').write_text('')
     with pytest.raises(CloudFormatError, match=r'bag .* CARMEN log .* folder'):
         open_scans(tmp_path / 'a.txt')
-    with pytest.raises(CloudFormatError, match='topics can be chosen in a bag only'):
+    with pytest.raises(CloudFormatError, match='topics can only be chosen in a bag'):
         open_scans(tmp_path / 'a.txt', topics=['/points'])

@@ -107,5 +107,5 @@ def test_arrays_that_hold_no_poses_are_refused(tmp_path, array, message):
 
 def test_damaged_arrays_are_refused(tmp_path):
     (tmp_path / 'a.npy').write_bytes(b'not an array')
-    with pytest.raises(OdometryError, match='no array'):
+    with pytest.raises(OdometryError, match='not an array'):
         read_poses(tmp_path / 'a.npy')

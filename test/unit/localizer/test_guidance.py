@@ -56,7 +56,7 @@ def test_it_leads_to_the_end_that_only_one_place_has_near(plan, rival_x, sign):
     np.testing.assert_allclose(found.way_odom[0], 0.0, atol=0.3)
     assert found.way_m == pytest.approx(abs(found.way_odom[-1, 0]), abs=1.0)
     assert found.gain_nats == pytest.approx(np.log(2.0), rel=0.2)
-    assert found.words.endswith('walls there tell 2 places apart')
+    assert found.words.endswith('walls there separate 2 hypotheses')
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_one_place_is_made_sure_by_more_of_what_the_plan_shows(plan):
     found = next_look(plan, output((8.0, 0.0, 0.0), p=[0.6]), robot())
     assert abs(found.way_odom[-1, 0]) > 1.0
     assert found.gain_nats > 0.1
-    assert found.words.endswith('more of what the plan shows can be seen there')
+    assert found.words.endswith('unobserved parts of the plan are visible there')
 
 
 def test_where_it_has_been_it_is_not_sent_again(plan):

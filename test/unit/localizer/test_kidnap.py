@@ -54,7 +54,7 @@ def claim(score=0.9):
 
 
 def withdrawn(status):
-    return LocalizationState(status, None, 0.1, 'another building?')
+    return LocalizationState(status, None, 0.1, 'possibly another building')
 
 
 def submap(newest, newest_walls=None):
@@ -107,7 +107,7 @@ def test_a_contradicted_claim_is_withheld_with_its_reason():
     following = Following()
     estimate, A = following.update(submap(elsewhere()), claim())
     assert (estimate.status, estimate.probability, A) == (Status.LOST, 0.0, None)
-    assert 'carried off' in estimate.reason
+    assert 'kidnapped' in estimate.reason
     assert not following.is_elsewhere
 
 

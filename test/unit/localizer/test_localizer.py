@@ -113,18 +113,18 @@ def test_without_a_plan_it_says_so():
 def test_without_scans_it_waits():
     output = new_localizer().update(1)
     assert output.status is Status.WAITING
-    assert output.reason == 'only 0 of 12 m² of floor seen so far'
+    assert output.reason == 'only 0 of 12 m² of floor observed so far'
 
 
 def test_every_tick_says_why(finished):
     localizer, _ = finished
-    assert ' m of wall explained; ' in localizer.output.reason
+    assert ' m of observed wall; ' in localizer.output.reason
 
 
 def test_a_plan_without_rooms_is_refused_and_the_old_one_stays():
     localizer = new_localizer()
     before = localizer.plan
-    with pytest.raises(MapFormatError, match='holds no room'):
+    with pytest.raises(MapFormatError, match='contains no room'):
         localizer.set_plan(GridMap(np.full((50, 50), 100, dtype=np.int8), 0.05))
     assert localizer.plan is before
 
@@ -173,7 +173,7 @@ def test_an_odometry_jump_starts_a_new_submap():
     points, _, stamp_ns = scans[-1]
     far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
     localizer.add_scan(points, far, stamp_ns + SCAN_NS)
-    assert localizer.output.reason == 'starting anew: odometry jumped by 44.25 m'
+    assert localizer.output.reason == 'new submap: odometry jumped by 44.25 m'
     after = localizer.update(0).submap
     assert len(after.path_xy) == 1 < len(before.path_xy)
 
@@ -185,7 +185,7 @@ def test_odometry_that_jumps_to_and_fro_is_told_once(caplog):
     for index in range(8):
         pose = far @ T_odom_sensor if index % 2 else T_odom_sensor
         localizer.add_scan(points, pose, index * SCAN_NS)
-    assert sum('starting anew' in record.message for record in caplog.records) == 1
+    assert sum('starting a new submap' in record.message for record in caplog.records) == 1
 
 
 def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
@@ -198,8 +198,8 @@ def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
     again = [(points, T_new_old @ T, last_ns + SCAN_NS + stamp) for points, T, stamp in scans]
     localizer.add_scan(*again[0])
     assert localizer.output.status is Status.WAITING, 'at the first scan'
-    assert localizer.output.reason.startswith('starting anew: what is seen now does not fit')
-    assert 'carried off' in localizer.output.reason
+    assert localizer.output.reason.startswith('new submap: the newest scans contradict the pose')
+    assert 'kidnapped' in localizer.output.reason
     assert run(localizer, again[1:])[-1] is Status.LOCALIZED
     x, y, _ = drive()[-1]
     in_building = A_BUILDING_PLAN.apply(localizer.output.pose(again[-1][1]).translation)
@@ -243,7 +243,7 @@ def test_a_claim_stands_whatever_anybody_says_against_the_walls(off_m, caplog):
     assert localizer.output.A_plan_odom is claimed, 'TF goes on meanwhile'
     assert localizer.update(0).status is Status.LOCALIZED, 'standing still it is weighed as well'
     assert set(run(localizer, recorded()[40:], tick_every=1)) == {Status.LOCALIZED}
-    assert caplog.text.count('no placement fits near the given pose') == int(off_m > 2.0)
+    assert caplog.text.count('no placement fits near the pose hint') == int(off_m > 2.0)
 
 
 @pytest.mark.parametrize('off_m', [0.0, 1.5])
@@ -265,7 +265,7 @@ def test_a_wrong_hint_is_said_once_and_outweighed(off_m, caplog):
     localizer.relocalize()
     localizer.suggest(hint_at(39, off_m))
     statuses = run(localizer, recorded()[40:], tick_every=1)
-    assert caplog.text.count('no placement fits near the given pose') == 1
+    assert caplog.text.count('no placement fits near the pose hint') == 1
     assert statuses[-1] is Status.LOCALIZED
     first = statuses.index(Status.LOCALIZED)
     assert set(statuses[first:]) == {Status.LOCALIZED}, 'nothing near it unseats the claim'

@@ -114,7 +114,7 @@ def test_a_word_on_a_place_off_the_drawing_is_refused():
     outward /= np.linalg.norm(outward)
     near, far = (SE2.from_xy_yaw(*(corner + d * outward), 0.0) for d in (1.5, 30.0))
     frame.hint(near, 'drawing', np.zeros((3, 3)), np.eye(4))
-    with pytest.raises(HintError, match='m off the floorplan'):
+    with pytest.raises(HintError, match='m outside the floorplan'):
         frame.hint(far, 'drawing', np.zeros((3, 3)), np.eye(4))
     frame.hint(far, 'drawing', np.diag([400.0, 400.0, 0.1]), np.eye(4))
 
@@ -124,7 +124,7 @@ def test_that_nothing_fits_near_a_word_is_said_once_until_something_does(caplog)
     for heeded in (True, False, False, True, False):
         hint = hint.after(heeded)
         assert hint.is_doubted is not heeded
-    assert caplog.text.count('no placement fits near the given pose') == 2
+    assert caplog.text.count('no placement fits near the pose hint') == 2
 
 
 @pytest.mark.parametrize(

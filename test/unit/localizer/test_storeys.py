@@ -89,7 +89,7 @@ def test_equal_storeys_stay_open_and_say_so():
     assert last.status is Status.AMBIGUOUS
     assert last.storeys['true'] == pytest.approx(last.storeys['equal'], abs=0.1)
     assert last.storeys['other'] < 0.05
-    assert 'sure of the place, not of the storey' in last.reason
+    assert 'place known, storey ambiguous' in last.reason
     rival = 'equal' if last.storey == 'true' else 'true'
     assert re.search(rf'storey {rival} explains \d+ % \(p 0\.[345]\d\)', last.reason)
 
@@ -163,7 +163,7 @@ def test_a_robot_that_leaves_begins_anew_where_it_may_be():
     localizer.leave_storey({'true': 0.5, 'other': 0.5}, 'it took the lift')
     output = localizer.output
     assert output.status is Status.WAITING
-    assert output.reason == 'starting anew: it took the lift'
+    assert output.reason == 'new submap: it took the lift'
     again = run(localizer)
     assert {o.storey for o in again if o.status is Status.LOCALIZED} == {'true'}
     assert again[0].submap.free_area_m2 < 0.5 * again[-1].submap.free_area_m2

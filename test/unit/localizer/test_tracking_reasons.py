@@ -64,14 +64,14 @@ def beliefs(*posteriors, mirrored=NOWHERE, needs_news=False):
 def test_a_claim_is_counted_down_and_then_explained():
     found = beliefs(*[posterior(1e5, 1.0)] * 3)
     assert [estimate.status for estimate in found] == [Status.AMBIGUOUS] * 2 + [Status.LOCALIZED]
-    assert found[0].reason == 'sure, but seen once: needs 2 more looks'
-    assert found[1].reason == 'sure, but seen twice: needs 1 more look'
-    assert found[2].reason.startswith('70 % of ')
+    assert found[0].reason == 'confirmed once, needs 2 more updates'
+    assert found[1].reason == 'confirmed twice, needs 1 more update'
+    assert found[2].reason.startswith('explains 70 % of ')
 
 
 def test_a_robot_that_stands_still_is_told_what_is_missing():
     found = beliefs(*[posterior(1e5, 1.0)] * 4, needs_news=True)
-    words = 'sure, but seen once: needs 2 more looks with something new'
+    words = 'confirmed once, needs 2 more updates with new observations'
     assert [estimate.reason for estimate in found] == [words] * 4
 
 
@@ -80,15 +80,15 @@ def test_rivals_another_building_and_no_placement_are_told_apart():
     assert (tie.status, foreign.status, nothing.status) == (
         Status.AMBIGUOUS, Status.SEARCHING, Status.SEARCHING,
     )  # fmt: skip
-    assert 'the best rival, 19 m west and turned by 138 degrees' in tie.reason
-    assert foreign.reason == 'explains 70 % of the walls: another building?'
-    assert nothing.reason == 'nothing on the floorplan fits what was seen'
+    assert 'runner-up 19 m west, rotated by 138 degrees' in tie.reason
+    assert foreign.reason == 'explains 70 % of the observed walls: possibly another building'
+    assert nothing.reason == 'the observations fit nowhere on the floorplan'
 
 
 def test_a_lost_claim_says_why():
     found = beliefs(*[posterior(1e5, 1.0)] * 3, posterior(1e-3))
     assert found[-1].status is Status.LOST
-    assert found[-1].reason == 'explains 70 % of the walls: another building?'
+    assert found[-1].reason == 'explains 70 % of the observed walls: possibly another building'
 
 
 def test_a_mirror_image_that_alone_fits_is_the_reason():
@@ -102,5 +102,5 @@ def test_a_mirror_image_that_fits_as_well_is_named():
     found = beliefs(posterior(1e5), mirrored=posterior(1e9))
     assert 'mirror' not in found[0].reason
     looked = beliefs(*[posterior(1e5)] * 5, mirrored=posterior(1.8e7))
-    assert looked[-1].reason.endswith("the floorplan's mirror image fits as well")
+    assert looked[-1].reason.endswith("the floorplan's mirror image fits equally well")
     assert looked[-1].status is Status.AMBIGUOUS

@@ -61,7 +61,7 @@ def driven(spin, by_rows, shown=lambda points: points):
 
 
 @pytest.mark.parametrize('by_rows', [False, True])
-@pytest.mark.parametrize(('spin', 'said'), [(0, 'one instant'), (1, 'order'), (-1, 'order')])
+@pytest.mark.parametrize(('spin', 'said'), [(0, 'instantaneous'), (1, 'order'), (-1, 'order')])
 def test_a_robot_finds_out_and_comes_out_right(spin, said, by_rows, caplog):
     with caplog.at_level(logging.INFO, logger='fpnet_core'):
         off_m, off_deg = driven(spin, by_rows)

@@ -109,7 +109,7 @@ def test_kiss_icp_that_lost_its_place_begins_anew_where_the_robot_s_says():
 
     odometry, T, said = drive(wheels, disturb=disturb)
     assert len(said) == 2
-    assert "begins anew where the robot's odometry says" in said[0]
+    assert "restarts at the pose of the robot's odometry" in said[0]
     assert said[1].endswith('both odometries agree again')
     assert odometry.consistency is Consistency.AGREE
     assert is_right(T, 59, 0.15)
@@ -119,7 +119,7 @@ def test_where_nothing_comes_from_the_robot_s_it_goes_on_alone():
     odometry, T, said = drive(lambda k: None if k > BREAKS_AT else wheels(k))
     assert odometry.consistency is Consistency.ALONE
     assert len(said) == 1
-    assert 'goes on alone' in said[0]
+    assert 'continues alone' in said[0]
     assert is_right(T, 59)
 
 

@@ -72,7 +72,7 @@ def test_a_gyroscope_that_has_proven_itself_leaves_less_off(walk, caplog):
     alone = off_after_a_second(registered(scans), recording.truth())
     by_gyro = off_after_a_second(registered(with_gyro(recording, scans)), recording.truth())
     assert by_gyro[0].max() < 0.25
-    assert 'the turns of the gyroscope fit the scans' in caplog.text
+    assert 'the rotation of the gyroscope fits the scans' in caplog.text
     later = slice(len(scans) // 2, None)
     assert np.median(by_gyro[1][later]) < 0.8 * np.median(alone[1][later])
 
@@ -83,8 +83,8 @@ def test_walls_deny_a_gyroscope_that_is_wrong(walk, factor, caplog):
     poses = registered(with_gyro(recording, scans, factor))
     metres, degrees = off_after_a_second(poses, recording.truth())
     assert [each.message for each in caplog.records] == [
-        'the turns of the gyroscope do not fit the scans and are ignored until they do: are its '
-        'rates in rad/s, and is its orientation on /tf_static right?'
+        'the rotation of the gyroscope does not fit the scans and is ignored until it does: are '
+        'its rates in rad/s, and is its orientation on /tf_static right?'
     ], 'said once'
     assert metres.max() < 0.5
     assert np.median(degrees) < 1.5

@@ -136,7 +136,9 @@ def test_a_good_plan_is_said_to_be_found_soon(monkeypatch):
         range(4, 7),
     )
     assert [tour.seed for tour in check.tours] == [4, 5, 6]
-    assert 'In 3 of 3 simulated drives the robot was found, typically after 8 m.' in check.advice
+    assert (
+        'In 3 of 3 simulated drives the robot was localized, typically after 8 m.' in check.advice
+    )
     plain = check.as_json()
     assert plain['expected_path_m'] == 8.0
     assert plain['rooms'] == 7
@@ -164,21 +166,21 @@ def test_what_is_wrong_is_said():
     def said(**changes):
         return ' '.join(plan_check._advice(replace(base, **changes)))
 
-    assert 'drawn too small: true metres are about 2.00 times' in said()
+    assert 'drawn too small: true lengths are about 2.00 times' in said()
     assert 'no door was found' in said()
     guess = DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED)
-    assert 'it is 0.05 m per pixel (0.04 to 0.06), estimated, unsure' in said(drawn=guess)
+    assert 'scale: 0.05 m per pixel (0.04 to 0.06), estimated, unsure' in said(drawn=guess)
     assert 'drawn too' not in said(scale=ScaleEstimate(1.3, 0.9, 1.6))
     assert 'too large' in said(scale=ScaleEstimate(0.8, 0.7, 0.9))
     lost = TourResult(0, 50.0, None, None)
     wrong = TourResult(1, 50.0, 9.0, 20.0)
     assert 'In 0 of 1 simulated drives of up to 50 m' in said(tours=(lost,))
-    assert '1 of 2 simulated drives ended in a wrong place' in said(tours=(lost, wrong))
+    assert '1 of 2 simulated drives ended with a wrong pose' in said(tours=(lost, wrong))
     assert expected_path_m((lost, wrong)) is None
 
 
 @pytest.mark.parametrize(
-    ('factor', 'word'), [(0.1, 'middle room has 0.'), (8.0, 'door is 7'), (1.0, '')]
+    ('factor', 'word'), [(0.1, 'median room has 0.'), (8.0, 'door is 7'), (1.0, '')]
 )
 def test_a_scale_of_no_building_speaks_against_a_plan(factor, word):
     grid = rescaled(plan_grid(), factor)

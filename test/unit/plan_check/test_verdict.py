@@ -95,7 +95,7 @@ def test_who_accepts_a_plan_gives_a_reason_that_stays():
 
 
 def test_a_picture_of_something_else_is_no_floorplan():
-    said = ('It seems to show something else than a floorplan (with 0.98).',)
+    said = ('It seems to show something other than a floorplan (probability 0.98).',)
     verdict = read(hall(), doubts=said, is_other=True)
     assert verdict.fitness is Fitness.NO_FLOORPLAN
     assert 'look at' not in verdict.reasons[0].next  # nothing was written

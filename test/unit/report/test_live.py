@@ -167,7 +167,7 @@ def test_a_recording_needs_a_floorplan(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(['view', str(tmp_path)])
     assert ended.value.code == 1
-    assert 'or --floorplan with a recording' in capsys.readouterr().err
+    assert 'or a recording with --floorplan' in capsys.readouterr().err
 
 
 @pytest.mark.apart

@@ -33,8 +33,8 @@ def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
     assert '<h2>Doubtful</h2>' in text
     assert 'it has no &lt;door&gt;.<br>Next: <code>fpnet plan a.png</code>' in text
     assert 'Floorplan check: a &amp; b.png' in text
-    assert 'from inside looks like room 3' in text
-    assert re.search(r'<td>8</td><td>41.0</td>\s*<td>not found</td>', text)
+    assert 'from inside, looks like room 3' in text
+    assert re.search(r'<td>8</td><td>41.0</td>\s*<td>not localized</td>', text)
     assert 'src=' not in text.split('</style>')[0]
 
 

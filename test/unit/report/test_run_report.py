@@ -198,7 +198,7 @@ def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
     assert page.content['data']['moments'] == []
     layout = page.content['figures']['timeline']['layout']
     titles = [axis['title']['text'] for name, axis in layout.items() if name.startswith('yaxis')]
-    assert titles == ['probability', 'tick [ms]'], 'no errors without a truth'
+    assert titles == ['probability', 'update [ms]'], 'no errors without a truth'
 
 
 def test_long_runs_are_thinned_out_but_changes_stay():
@@ -277,10 +277,10 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
         assert len(trace('plan', 'published', 'x')) == 2
         assert len(made_up_run.outputs[2].estimates) > 1
         assert len(trace('plan', 'placement_0', 'x')) > 100
-        assert trace('plan', 'placement_1', 'x') == [], 'rivals of a claim'
+        assert trace('plan', 'placement_1', 'x') == [], 'runners-up of an accepted placement'
         go_to(1)
         assert text('status') == 'ambiguous'
-        assert 'best placement off by 0.05 m' in text('facts')
+        assert 'error of the best placement 0.05 m' in text('facts')
         assert len(trace('plan', 'placement_1', 'x')) > 100
         assert trace('plan', 'placement_2', 'x') == []
         assert len(trace('submap', 'path', 'x')) == 3
@@ -349,7 +349,7 @@ def test_a_run_without_a_pose_names_its_causes(made_up_run, report, tmp_path):
     causes = (Cause(CauseKind.MIRRORED, 'fits <flipped>', 'fpnet localize a --mirrored'),)
     write_run_report(tmp_path / 'report.html', replace(made_up_run, causes=causes))
     text = (tmp_path / 'report.html').read_text(encoding='utf-8')
-    assert '<b>drawing mirrored</b>: fits &lt;flipped&gt;.' in text
+    assert '<b>floorplan mirrored</b>: fits &lt;flipped&gt;.' in text
     assert '<code>fpnet localize a --mirrored</code>' in text
     assert 'Likely causes' not in report.read_text(encoding='utf-8')
 

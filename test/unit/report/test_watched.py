@@ -118,4 +118,4 @@ def test_a_recording_or_the_nodes_must_be_named(words, capsys):
     with pytest.raises(SystemExit) as ended:
         main(['view', *words])
     assert ended.value.code == 1
-    assert 'give either a recording' in capsys.readouterr().err
+    assert 'give a recording' in capsys.readouterr().err

@@ -38,16 +38,16 @@ def first(found):
 
 def test_another_building_says_what_was_tried():
     assert first(TRIED).evidence == (
-        'the best place explains 55 % of 140 m of wall (a right one: 80 % or more), nor does it '
-        'fit at other scales or mirrored'
+        'the best placement explains 55 % of 140 m of observed wall (a correct one: 80 % or '
+        'more); it does not fit at other scales or mirrored either'
     )
     assert first(TRIED).next == "fpnet localize 'my drive' --floorplan OTHER_PLAN"
-    assert first(POOR).evidence.endswith('(a right one: 80 % or more)')
+    assert first(POOR).evidence.endswith('(a correct one: 80 % or more)')
 
 
 def test_a_sheet_of_several_storeys_offers_the_next():
     found = replace(TRIED, storeys=3, storey=1)
-    assert first(found).evidence.endswith('the sheet holds 3 storeys')
+    assert first(found).evidence.endswith('the sheet contains 3 storeys')
     assert first(found).next == (
         "fpnet localize 'my drive' --floorplan plan.png --page 2 --storey 2"
     )
@@ -57,8 +57,8 @@ def test_a_scale_that_fits_is_what_to_type():
     found = replace(TRIED, rescaled=Fit(0.99, 0.86, 1.6))
     assert kinds(found) == [CauseKind.SCALE]
     assert first(found).evidence == (
-        '86 % of 140 m of wall fit at 1.60 times the scale that was taken (p 0.99); searched '
-        'were 0.90 to 1.10, and 0.0312 m per pixel would fit'
+        '86 % of 140 m of observed wall fit at 1.60 times the scale used (p 0.99); the search '
+        'covered 0.90 to 1.10, and 0.0312 m per pixel would fit'
     )
     assert first(found).next == (
         "fpnet localize 'my drive' --floorplan plan.png --page 2 --resolution 0.0312"
@@ -81,8 +81,7 @@ def test_rooms_that_deny_a_scale_leave_nothing_for_guesses():
     found = replace(TRIED, scale_conflict=ScaleEstimate(0.1, 0.08, 0.13))
     assert kinds(found) == [CauseKind.SCALE]
     assert first(found).evidence == (
-        'its rooms, doors and walls are those of a building at 0.005 m per pixel (0.004 to '
-        '0.0065); 0.05 was taken'
+        'its rooms, doors and walls suggest 0.005 m per pixel (0.004 to 0.0065); 0.05 was used'
     )
     assert first(found).next.endswith('--set localizer.scale_policy=unknown')
 
@@ -97,7 +96,7 @@ def test_a_scale_that_fits_is_worth_more_than_what_rooms_tell():
 def test_the_edge_of_what_was_searched_is_a_hint_only():
     found = replace(POOR, best=Fit(0.02, 0.55, 1.1))
     assert kinds(found) == [CauseKind.OTHER_PLAN, CauseKind.SCALE]
-    assert 'the most that was searched (0.90 to 1.10)' in causes_of(found)[1].evidence
+    assert 'the highest searched (0.90 to 1.10)' in causes_of(found)[1].evidence
 
 
 def test_a_mirror_image_that_fits_is_proof():
@@ -148,7 +147,7 @@ def test_little_comes_before_another_building():
     found = replace(POOR, walls_m=40.0, seen_m2=40.0)
     assert set(kinds(found)) == {CauseKind.TOO_LITTLE, CauseKind.OTHER_PLAN}
     assert first(replace(POOR, seen_m2=9.5)).evidence == (
-        '9 m² of floor, and a first look takes 12 m²'
+        '9 m² of floor observed, and the first update needs 12 m²'
     )
 
 
@@ -156,8 +155,8 @@ def test_drift_comes_before_another_building():
     double = replace(TRIED, drift=DoubleWalls(0.83, 5.7, 42.0, 0.45, 0.96))
     assert kinds(double) == [CauseKind.DRIFT, CauseKind.OTHER_PLAN]
     assert first(double).evidence == (
-        'walls seen again after 42 m lie 0.8 m and 6 degrees beside the first ones (45 % of them '
-        'agree, 96 % once moved there)'
+        'walls revisited after 42 m are displaced by 0.8 m and 6 degrees (45 % of them agree with '
+        'the first pass, 96 % after correction)'
     )
     assert first(replace(TRIED, drift=TurningWalls(40.0, 30.0))).kind is CauseKind.DRIFT
     assert first(replace(TRIED, contradictions=3)).kind is CauseKind.DRIFT
@@ -171,7 +170,7 @@ def test_drift_explains_nothing_that_was_there_before_it(explained, likeliest):
     found = replace(double, early=Fit(0.1, explained, 1.0))
     assert set(kinds(found)) == {CauseKind.DRIFT, CauseKind.OTHER_PLAN}
     assert first(found).kind is likeliest
-    said = '; nor do its first metres, before drift: 60 %'
+    said = '; of the first metres, before drift, 60 %'
     assert first(found).evidence.endswith(said) == (likeliest is CauseKind.OTHER_PLAN)
 
 
@@ -179,7 +178,8 @@ def test_places_alike_are_counted():
     found = replace(TRIED, best=Fit(0.4, 0.91, 1.0), alike=(0.91, 0.9, 0.89, 0.89, 0.88))
     assert kinds(found) == [CauseKind.SELF_SIMILAR]
     assert first(found).evidence == (
-        '5 places explain the 140 m of wall alike: 91 %, 90 %, 89 %, 89 % and 1 more'
+        '5 places explain the 140 m of observed wall equally well: '
+        '91 %, 90 %, 89 %, 89 % and 1 more'
     )
     assert first(found).next.startswith('fpnet check-plan plan.png --page 2 --plot alike.png')
 
@@ -187,7 +187,7 @@ def test_places_alike_are_counted():
 def test_there_is_always_a_cause():
     assert len(causes_of(Findings(0.0, 0.0))) == 1
     fits = replace(TRIED, best=Fit(0.9, 0.9, 1.0), alike=(0.9,))
-    assert 'nothing speaks against the plan' in first(fits).evidence
+    assert 'no finding contradicts the plan' in first(fits).evidence
 
 
 def test_a_scanner_upside_down_is_no_mirrored_drawing():
@@ -201,7 +201,10 @@ def test_places_that_are_as_probable_together_are_not_another_building():
     """Half the walls are furniture: a right place explains few of them, and so does its twin."""
     found = replace(TRIED, best=Fit(0.45, 0.6, 1.0), alike=(0.6, 0.6), alike_probability=0.9)
     assert kinds(found) == [CauseKind.SELF_SIMILAR]
-    assert first(found).evidence == '2 places explain the 140 m of wall alike: 60 %, 60 %'
+    assert (
+        first(found).evidence
+        == '2 places explain the 140 m of observed wall equally well: 60 %, 60 %'
+    )
     assert kinds(replace(found, alike_probability=0.04)) == [CauseKind.OTHER_PLAN]
 
 
@@ -210,7 +213,9 @@ def test_storeys_that_nothing_tells_apart_are_not_another_building():
     found = replace(TRIED, storeys_alike=storeys_alike({'1': 0.45, '2': 0.44, '3': 0.01}))
     (cause,) = causes_of(found, invocation)
     assert cause.kind is CauseKind.SELF_SIMILAR
-    assert cause.evidence == 'nothing seen so far tells storeys apart: 1 (p 0.45), 2 (p 0.44)'
+    assert cause.evidence == (
+        'the observations do not separate these storeys: 1 (p 0.45), 2 (p 0.44)'
+    )
     assert cause.next.endswith('fpnet localize drive --floorplan PLAN_OF_THE_STOREY')
     for unlike in ({}, {'1': 0.9}, {'1': 0.9, '2': 0.05}, {'1': 0.1, '2': 0.1}):
         assert storeys_alike(unlike) == {}
@@ -219,6 +224,6 @@ def test_storeys_that_nothing_tells_apart_are_not_another_building():
 def test_rare_scans_are_the_cause_of_drift_and_of_walls_that_fit_nowhere():
     found = replace(TRIED, drift=TurningWalls(40.0, 30.0), sensed=Sensed(matched_hz=2.0))
     assert kinds(found) == [CauseKind.RARE_SCANS]
-    assert first(found).evidence.startswith('2.0 scans a second, and no other odometry')
+    assert first(found).evidence.startswith('2.0 scans per second, and no other odometry')
     assert first(found).next.endswith('plan.png --page 2 --poses POSES.tum')
     assert first(replace(found, sensed=Sensed(matched_hz=10.0))).kind is CauseKind.DRIFT

@@ -68,14 +68,14 @@ def scaled(factor):
 def test_a_claim_says_how_much_it_explains_and_how_far_the_best_rival_is_behind():
     found = posterior([HERE, NORTH], [0.995, 0.003], [0.912, 0.778])
     assert reason_of(found, replace(LOOK, is_accepted=True)) == (
-        '91 % of 140 m of wall explained; the best rival, 34 m north, explains 78 %'
+        'explains 91 % of 140 m of observed wall; runner-up 34 m north: 78 %'
     )
 
 
 def test_a_claim_without_a_rival_says_so():
     found = posterior([HERE], [0.999], [0.87])
     assert reason_of(found, replace(LOOK, is_accepted=True)) == (
-        '87 % of 140 m of wall explained; no rival was found'
+        'explains 87 % of 140 m of observed wall; no runner-up'
     )
 
 
@@ -85,16 +85,16 @@ def test_a_claim_on_a_bent_drawing_says_by_how_much():
         bend_gain=[0.34, 0.11], bend_m=[0.42, 0.4],
     )  # fmt: skip
     assert reason_of(found, replace(LOOK, is_accepted=True)) == (
-        '84 % of 140 m of wall explained with the drawing bent by 0.4 m; '
-        'the best rival, 34 m north, explains 41 %'
+        'explains 84 % of 140 m of observed wall (plan locally deformed by 0.4 m RMS); '
+        'runner-up 34 m north: 41 %'
     )
 
 
 def test_a_rival_that_explains_as_much_is_told_by_what_it_lacks():
     found = posterior([HERE, NORTH], [0.995, 0.003], [0.9, 0.92], denied=[0.02, 0.31])
     assert reason_of(found, replace(LOOK, is_accepted=True)) == (
-        '90 % of 140 m of wall explained; the best rival, 34 m north, explains 92 %, '
-        'but 31 % of the walls drawn there are missing'
+        'explains 90 % of 140 m of observed wall; runner-up 34 m north: 92 %, '
+        'but 31 % of the plan walls there are missing'
     )
 
 
@@ -102,14 +102,14 @@ def test_a_tie_says_how_much_more_wall_would_part_the_two():
     # log(0.99 / 0.01) = 4.6 nats; contested walls of 10 m have brought log(0.8 / 0.16) = 1.6.
     found = posterior([HERE, NORTH], [0.8, 0.16], [0.91, 0.88], none=0.04, contested_m=10.0)
     assert reason_of(found, LOOK) == (
-        '91 % of 140 m of wall explained; the best rival, 34 m north, explains 88 %; '
-        '19 m more of wall where they differ would part them'
+        'explains 91 % of 140 m of observed wall; runner-up 34 m north: 88 %; '
+        '19 m more wall where they differ would decide'
     )
 
 
 def test_more_wall_than_the_plan_has_left_is_not_asked_for():
     found = posterior([HERE, NORTH], [0.8, 0.16], [0.91, 0.88], none=0.04, contested_m=10.0)
-    assert 'part them' not in reason_of(found, replace(LOOK, unseen_m=18.0))
+    assert 'would decide' not in reason_of(found, replace(LOOK, unseen_m=18.0))
 
 
 @pytest.mark.parametrize(
@@ -124,21 +124,21 @@ def test_more_wall_than_the_plan_has_left_is_not_asked_for():
 def test_what_cannot_be_estimated_is_left_out(change):
     facts = {'p': [0.8, 0.16], 'support': [0.91, 0.88], 'contested_m': 10.0} | change
     said = reason_of(posterior([HERE, NORTH], **facts), LOOK)
-    assert 'the best rival, 34 m north' in said
-    assert 'part them' not in said
+    assert 'runner-up 34 m north' in said
+    assert 'would decide' not in said
 
 
 def test_contested_walls_of_another_pair_are_not_taken_for_this_one():
     """Both of the two best have their strongest rival in the third."""
     p, support = [0.8, 0.16, 0.01], [0.91, 0.88, 0.95]
     found = posterior([HERE, NORTH, SE2.identity()], p, support, contested_m=10.0)
-    assert 'part them' not in reason_of(found, LOOK)
+    assert 'would decide' not in reason_of(found, LOOK)
 
 
 def test_of_three_placements_the_two_best_are_compared():
     p, support = [0.8, 0.16, 0.01], [0.91, 0.88, 0.5]
     found = posterior([HERE, NORTH, SE2.identity()], p, support, contested_m=10.0)
-    assert reason_of(found, LOOK).endswith('19 m more of wall where they differ would part them')
+    assert reason_of(found, LOOK).endswith('19 m more wall where they differ would decide')
 
 
 @pytest.mark.parametrize(
@@ -148,14 +148,14 @@ def test_of_three_placements_the_two_best_are_compared():
         ((7.0, 7.0, 0.0), '10 m north-east'),
         ((-12.0, 1.0, 0.0), '12 m west'),
         ((3.0, -3.2, 0.0), '4 m south-east'),
-        ((0.0, -6.0, math.pi), '6 m south and turned by 180 degrees'),
-        ((0.2, 0.1, -math.pi / 2), 'turned by 90 degrees'),
-        ((0.2, 0.1, 0.1), 'in nearly the same place'),
+        ((0.0, -6.0, math.pi), '6 m south, rotated by 180 degrees'),
+        ((0.2, 0.1, -math.pi / 2), 'rotated by 90 degrees'),
+        ((0.2, 0.1, 0.1), 'at nearly the same place'),
     ],
 )
 def test_where_a_rival_lies(there, words):
     found = posterior([SE2.identity(), SE2.from_xy_yaw(*there)], [0.6, 0.35], [0.9, 0.89])
-    assert f'the best rival, {words}, explains 89 %' in reason_of(found, LOOK)
+    assert f'runner-up {words}: 89 %' in reason_of(found, LOOK)
 
 
 def test_a_rival_is_as_far_as_it_puts_the_robot():
@@ -164,56 +164,62 @@ def test_a_rival_is_as_far_as_it_puts_the_robot():
         [SE2.identity(), SE2.from_xy_yaw(0.0, 0.0, math.pi)], [0.6, 0.35], [0.9, 0.9]
     )
     said = reason_of(turned, replace(LOOK, at=at))
-    assert 'the best rival, 20 m west and turned by 180 degrees, explains 90 %' in said
+    assert 'runner-up 20 m west, rotated by 180 degrees: 90 %' in said
 
 
 def test_another_building():
     found = posterior([HERE], [0.1], [0.3], none=0.2, foreign=0.7)
-    assert reason_of(found, LOOK) == 'explains 30 % of the walls: another building?'
+    assert (
+        reason_of(found, LOOK) == 'explains 30 % of the observed walls: possibly another building'
+    )
 
 
 def test_a_plan_that_is_its_own_image_turned_is_no_other_building():
     turned = SE2.from_xy_yaw(3.0, -2.0, 0.4 + math.pi)
     found = posterior([HERE, turned], [0.3, 0.28], [0.7, 0.69], foreign=0.4)
     assert reason_of(found, LOOK) == (
-        '70 % of 140 m of wall explained; the best rival, turned by 180 degrees, explains 69 %'
+        'explains 70 % of 140 m of observed wall; runner-up rotated by 180 degrees: 69 %'
     )
     foreign = posterior([HERE, turned], [0.1, 0.1], [0.7, 0.69], foreign=0.8)
-    assert reason_of(foreign, LOOK) == 'explains 70 % of the walls: another building?'
+    assert (
+        reason_of(foreign, LOOK)
+        == 'explains 70 % of the observed walls: possibly another building'
+    )
 
 
 @pytest.mark.parametrize(
     ('held', 'words'),
     [
-        ({'foreign': 0.6}, 'too little yet to rule out another building'),
-        ({'none': 0.6}, 'too little yet to rule out another place on this plan'),
+        ({'foreign': 0.6}, 'not enough yet to rule out another building'),
+        ({'none': 0.6}, 'not enough yet to rule out another place on this plan'),
     ],
 )
 def test_walls_that_fit_but_are_too_few(held, words):
     found = posterior([HERE], [0.4], [0.96], **held)
     look = replace(LOOK, walls_m=45.4)
-    assert reason_of(found, look) == f'explains 96 % of 45 m of wall: {words}'
+    assert reason_of(found, look) == f'explains 96 % of 45 m of observed wall: {words}'
 
 
 def test_another_building_whose_walls_are_not_there():
     found = posterior([HERE], [0.1], [0.71], foreign=0.9, denied=[0.44])
     assert reason_of(found, LOOK) == (
-        'explains 71 % of the walls, but 44 % of those drawn there are missing: another building?'
+        'explains 71 % of the observed walls, but 44 % of the plan walls there are missing: '
+        'possibly another building'
     )
 
 
 def test_elsewhere_on_this_plan():
     found = posterior([HERE, NORTH], [0.3, 0.1], [0.62, 0.6], none=0.5, foreign=0.1)
     assert reason_of(found, LOOK) == (
-        'explains 62 % of the walls: what was seen may lie elsewhere on this plan'
+        'explains 62 % of the observed walls: the robot may be elsewhere on this plan'
     )
 
 
-@pytest.mark.parametrize(('mirror', 'how'), [(0.3, 'as well'), (0.5, 'better')])
+@pytest.mark.parametrize(('mirror', 'how'), [(0.3, 'equally well'), (0.5, 'better')])
 def test_a_mirror_image_that_fits(mirror, how):
     found = posterior([HERE], [0.4], [0.62], none=mirror + 0.05, mirror=mirror, foreign=0.05)
     assert reason_of(found, LOOK) == (
-        f"explains 62 % of the walls: the floorplan's mirror image fits {how}"
+        f"explains 62 % of the observed walls: the floorplan's mirror image fits {how}"
     )
 
 
@@ -225,8 +231,8 @@ def test_a_mirrored_plan():
 @pytest.mark.parametrize(
     ('factor', 'words'),
     [
-        (1.127, 'the walls fit at 1.13 times the stated scale, the most that was searched'),
-        (0.888, 'the walls fit at 0.89 times the stated scale, the least that was searched'),
+        (1.127, 'best fit at 1.13 times the stated scale, the highest searched'),
+        (0.888, 'best fit at 0.89 times the stated scale, the lowest searched'),
     ],
 )
 def test_a_scale_at_the_edge_of_what_was_searched_is_named(factor, words):
@@ -240,8 +246,8 @@ def test_a_scale_at_the_edge_may_be_why_little_is_explained():
     look = replace(LOOK, scales=(0.887, 1.127))
     found = posterior([scaled(1.127)], [0.1], [0.52], foreign=0.9)
     assert reason_of(found, look) == (
-        'explains 52 % of the walls, at 1.13 times the stated scale, the most that was '
-        'searched: another scale, or another building?'
+        'explains 52 % of the observed walls, at 1.13 times the stated scale, the highest '
+        'searched: possibly another scale or another building'
     )
 
 
@@ -254,46 +260,46 @@ def test_a_scale_that_nobody_bounded_or_that_is_inside_is_not_named(scales):
 @pytest.mark.parametrize(
     ('sure', 'missing', 'news', 'words'),
     [
-        (1, 2, True, 'seen once: needs 2 more looks with something new'),
-        (2, 1, True, 'seen twice: needs 1 more look with something new'),
-        (3, 2, False, 'seen 3 times: needs 2 more looks'),
+        (1, 2, True, 'once, needs 2 more updates with new observations'),
+        (2, 1, True, 'twice, needs 1 more update with new observations'),
+        (3, 2, False, '3 times, needs 2 more updates'),
     ],
 )
 def test_a_sure_placement_that_is_not_confirmed(sure, missing, news, words):
     found = posterior([HERE, NORTH], [0.995, 0.003], [0.9, 0.7])
     look = replace(LOOK, sure_looks=sure, missing_looks=missing, needs_news=news)
-    assert reason_of(found, look) == f'sure, but {words}'
+    assert reason_of(found, look) == f'confirmed {words}'
 
 
 def test_a_sure_placement_whose_mirror_image_nobody_has_looked_at():
     found = posterior([HERE], [0.995], [0.9])
     assert reason_of(found, LOOK) == (
-        "sure, but not yet compared with the floorplan's mirror image"
+        "probability sufficient; the floorplan's mirror image still to be checked"
     )
 
 
 def test_too_little_seen():
     look = replace(LOOK, walls_m=18.2)
     foreign = posterior([HERE], [0.3], [0.9], foreign=0.7)
-    assert reason_of(foreign, look) == 'only 18 m of wall seen so far'
+    assert reason_of(foreign, look) == 'only 18 m of wall observed so far'
     rival = posterior([HERE, NORTH], [0.5, 0.4], [0.9, 0.8], contested_m=5.0)
     assert reason_of(rival, look) == (
-        'only 18 m of wall seen so far; the best rival, 34 m north, explains 80 %'
+        'only 18 m of wall observed so far; runner-up 34 m north: 80 %'
     )
     assert reason_of(posterior([], [], [], none=0.5, foreign=0.5), look) == (
-        'only 18 m of wall seen so far'
+        'only 18 m of wall observed so far'
     )
 
 
 def test_no_placement_at_all():
     found = posterior([], [], [], none=0.9, foreign=0.1)
-    assert reason_of(found, LOOK) == 'nothing on the floorplan fits what was seen'
+    assert reason_of(found, LOOK) == 'the observations fit nowhere on the floorplan'
 
 
 def test_what_needs_no_verdict():
-    assert waiting(9.7, 12.0) == 'only 9 of 12 m² of floor seen so far'
-    assert waiting(11.99, 12.0) == 'only 11 of 12 m² of floor seen so far'
-    assert anew('odometry jumped by 25.00 m') == 'starting anew: odometry jumped by 25.00 m'
+    assert waiting(9.7, 12.0) == 'only 9 of 12 m² of floor observed so far'
+    assert waiting(11.99, 12.0) == 'only 11 of 12 m² of floor observed so far'
+    assert anew('odometry jumped by 25.00 m') == 'new submap: odometry jumped by 25.00 m'
     assert all((NO_PLAN, NOT_LOOKED, CONTRADICTED))
 
 

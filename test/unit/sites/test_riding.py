@@ -111,7 +111,7 @@ def test_two_claims_and_nothing_between(ridden):
     assert before[-1].status is Status.LOCALIZED
     assert before[-1].storey == 'low'
     assert inside.status is not Status.LOCALIZED
-    assert stopped.reason.startswith('starting anew: the robot has gone up by 3.')
+    assert stopped.reason.startswith('new submap: the robot has moved up by 3.')
     claims = {output.storey for output in after if output.status is Status.LOCALIZED}
     assert claims == {'high'}
 
@@ -126,12 +126,12 @@ def test_a_word_on_another_level_ends_the_claim(ridden):
     assert claimed.storey == 'low'
     localizer.tell_level('0')  # where it is
     assert localizer.output is claimed
-    with pytest.raises(HintError, match='an elevation of nan m is no height'):
+    with pytest.raises(HintError, match='an elevation of nan m is not valid'):
         localizer.tell_elevation(float('nan'))
     assert localizer.output is claimed
     localizer.tell_elevation(3.4)
     assert localizer.output.status is Status.WAITING
-    assert 'it is at 3.4 m now' in localizer.output.reason
+    assert 'the robot is at 3.4 m now' in localizer.output.reason
 
 
 def test_a_lift_that_shuts_ends_the_claim_and_a_word_inside_counts():
@@ -147,10 +147,10 @@ def test_a_lift_that_shuts_ends_the_claim_and_a_word_inside_counts():
     for k in range(1, 11):
         localizer.add_scan(cabin, T, stamp_ns + k * SCAN_NS)
     assert localizer.output.status is Status.WAITING
-    assert localizer.output.reason == 'starting anew: the robot is in a lift that is shut'
+    assert localizer.output.reason == 'new submap: the robot is in a closed lift'
     localizer.tell_level('high')
     localizer.add_scan(points, T, stamp_ns + 11 * SCAN_NS)
-    assert localizer.output.reason == 'starting anew: the lift has opened'
+    assert localizer.output.reason == 'new submap: the lift has opened'
     back = [(p, T_there, t) for (p, T_there, _), (_, _, t) in
             zip(recorded()[::-1], recorded(), strict=True)]  # fmt: skip
     after = driven(localizer, back, start_ns=stamp_ns + 12 * SCAN_NS)

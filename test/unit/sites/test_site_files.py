@@ -70,7 +70,7 @@ def test_a_folders_other_yamls_are_named_once_and_a_damaged_map_is_an_error(fold
     (folder / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 5}\n')
     assert read_site(folder).names == ('a', 'b')
     said, levels = caplog.messages
-    assert 'names say none: a, b;' in levels
+    assert 'the names give no level: a, b;' in levels
     assert 'metadata.yaml' in said
     assert 'nav2_params.yaml' in said
     assert str(folder / 'a.yaml') not in said
@@ -123,7 +123,7 @@ def changed(key, value):
     [
         ([], 'expected a mapping'),
         (changed('storey', 1), "unknown key 'storey'"),
-        (changed('storeys', []), 'it has no storey'),
+        (changed('storeys', []), 'there is no storey'),
         (changed('storeys', [{'plan': 'a.yaml'}]), 'storey 1: expected name'),
         (changed('storeys', [{'name': 'x'}]), 'storey 1: expected plan'),
         (changed('storeys', [{'name': 'x', 'plan': 'no.png'}]), r"storey 'x': .*no.png does not"),
@@ -152,7 +152,7 @@ def changed(key, value):
             'page: expected a whole number, got 1.5',
         ),
         (changed('links', [{'at': {'L0': [1, 2], 'L7': [1, 2]}}]), "stops at 'L7', which is no"),
-        (changed('links', [{'at': {'L0': [1, 2]}}]), 'joins two or more'),
+        (changed('links', [{'at': {'L0': [1, 2]}}]), 'needs two or more'),
         (changed('links', [{'kind': 'rope', 'at': {}}]), 'expected lift or stairs'),
         (changed('links', [{'at': {'L0': [1], 'L1': [1, 2]}}]), r"at 'L0': expected \[x, y\]"),
     ],
@@ -166,7 +166,7 @@ def test_errors_name_what_is_wrong(folder, values, named):
 def test_what_is_not_there_is_named(tmp_path):
     with pytest.raises(SiteError, match='does not exist'):
         read_site(tmp_path / 'none')
-    with pytest.raises(SiteError, match=r'holds no site\.yaml'):
+    with pytest.raises(SiteError, match=r'has no site\.yaml'):
         read_site(tmp_path)
 
 
@@ -244,12 +244,12 @@ def test_an_open_rmf_building(tmp_path):
     [
         (lambda v: v['levels']['L2'].pop('measurements'), "level 'L2': it has no measurement"),
         (lambda v: v['levels']['L2']['drawing'].update(filename='no.png'), "level 'L2': .*no.png"),
-        (lambda v: v.update(coordinate_system='web_mercator'), 'has no drawings in pixels'),
+        (lambda v: v.update(coordinate_system='web_mercator'), 'is not in pixels of the drawings'),
         (
             lambda v: v['lifts']['main'].update(reference_floor_name='L9'),
-            "'L9', which is no level",
+            "'L9', which is not a level",
         ),
-        (lambda v: v['levels']['L1']['doors'].append([3, 99, {}]), 'joins vertices 3 and 99'),
+        (lambda v: v['levels']['L1']['doors'].append([3, 99, {}]), 'edge from vertex 3 to 99'),
         (lambda v: v.update(reference_level_name='B'), "reference_level_name is 'B'"),
     ],
 )

@@ -114,7 +114,7 @@ def test_storeys_are_told_apart_by_their_floors(caplog):
     assert [len(rooms_of(cloud, number).rooms) for number in (1, 2)] == [2, 3]
     with caplog.at_level(logging.WARNING):
         assert len(rooms_of(cloud).rooms) == 3
-    assert 'shows 2 storeys; storey 2' in caplog.text
+    assert 'shows 2 storeys; using storey 2' in caplog.text
     with pytest.raises(CloudFormatError, match='storey 3: the cloud shows 2'):
         rooms_of(cloud, 3)
 

@@ -69,7 +69,7 @@ def test_nothing_is_learned_from_right_readings_alone():
     right = [replace(trial, f1=1.0) for trial in planted()]
     with pytest.raises(FpnetError, match='right and wrong'):
         fit_doubts(right, SETTINGS)
-    with pytest.raises(FpnetError, match='other pictures'):
+    with pytest.raises(FpnetError, match='other images'):
         fit_doubts([trial for trial in planted() if trial.kind != OTHER], SETTINGS)
 
 

@@ -52,14 +52,14 @@ def test_true_scale_even_where_the_header_lies(tmp_path, per_m, units, is_lie):
     assert scale.source is ScaleSource.UNITS
     assert scale.resolution_m * pixels_per_unit * per_m == pytest.approx(1.0, rel=0.002)
     assert scale.low_m < scale.resolution_m < scale.high_m
-    assert any('say that a unit' in note for note in drawing.notes) == is_lie
+    assert any('door widths imply' in note for note in drawing.notes) == is_lie
     assert np.median(drawing.door_px) * scale.resolution_m == pytest.approx(0.9, rel=0.01)
 
 
 def test_units_that_nothing_bears_out_are_not_believed(tmp_path):
     drawing = open_drawing(write_dxf(tmp_path / 'a.dxf', Plan(0.1), 4))
     assert drawing.scale is None
-    assert any('taken as unknown' in note for note in drawing.notes)
+    assert any('its scale is unknown' in note for note in drawing.notes)
 
 
 def test_frozen_and_switched_off_layers_are_left_out(tmp_path):
@@ -153,7 +153,7 @@ def test_a_screw_is_doubted(tmp_path):
         space.add_line((20 + k, -3), (20.5 + k, 3))
     document.saveas(tmp_path / 'screw.dxf')
     drawing = open_drawing(tmp_path / 'screw.dxf')
-    assert any('no building' in doubt for doubt in drawing.doubts)
+    assert any('in its stated unit: implausible' in doubt for doubt in drawing.doubts)
     assert drawing.scale is None
 
 
@@ -174,7 +174,7 @@ def test_a_file_that_was_cut_off_among_its_walls_is_not_read_in_part(tmp_path):
     assert open_drawing(tmp_path / 'a.dxf').doubts == ()
     lines = [at.start() for at in re.finditer(rb'  0\r?\n(LINE|LWPOLYLINE)\r?\n', data)]
     (tmp_path / 'b.dxf').write_bytes(data[: lines[len(lines) // 2]])
-    with pytest.raises(MapFormatError, match=r'\Ab\.dxf was cut off: [^\n]*EOF[^\n]*\Z'):
+    with pytest.raises(MapFormatError, match=r'\Ab\.dxf is truncated: [^\n]*EOF[^\n]*\Z'):
         open_drawing(tmp_path / 'b.dxf')
 
 

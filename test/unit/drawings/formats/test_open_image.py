@@ -68,7 +68,7 @@ def test_transparent_palettes_and_16_bits(tmp_path):
 
 def test_no_image_is_one_clear_line(tmp_path):
     (tmp_path / 'x.png').write_bytes(b'not an image')
-    with pytest.raises(MapFormatError, match='no readable image'):
+    with pytest.raises(MapFormatError, match='not a readable image'):
         open_image(tmp_path / 'x.png')
     with pytest.raises(MapFormatError, match='does not exist'):
         open_image(tmp_path / 'y.png')

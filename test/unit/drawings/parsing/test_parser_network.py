@@ -100,5 +100,5 @@ def test_reading_a_picture_loads_no_torch(tmp_path):
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     how, has_torch = done.stdout.splitlines()[-2:]
-    assert how == 'walls and rooms as learned from drawings'
+    assert how == 'walls and rooms segmented by the network'
     assert has_torch == 'False'

@@ -154,7 +154,7 @@ def test_a_picture_of_something_else_is_said_to_be_one(monkeypatch):
     monkeypatch.setattr(doubts_module, 'packaged_doubt_model', lambda: certain)
     doubts = doubts_of(found(classes()), CONFIG)
     assert doubts.is_other
-    assert 'something else than a floorplan' in doubts.reasons[0]
+    assert 'something other than a floorplan' in doubts.reasons[0]
 
 
 def test_rooms_that_mostly_have_no_door_are_doubted():

@@ -89,7 +89,7 @@ def test_the_command_writes_pages_and_asks_how_a_report_was_made(tmp_path, capsy
     file.write_text(json.dumps(DRAWINGS))
     with pytest.raises(SystemExit, match='1'):
         main(['bench', 'figures', f'drawings={file}'])
-    assert 'does not say how it was made' in capsys.readouterr().err
+    assert 'has no provenance' in capsys.readouterr().err
     file.write_text(json.dumps(MADE.in_report(DRAWINGS)))
     with pytest.raises(SystemExit, match='0'):
         main(['bench', 'figures', f'drawings={file}'])

@@ -102,7 +102,7 @@ def test_a_mesh_is_recorded_with_its_own_floorplan(tmp_path):
     [
         (flat_mesh(has_walls=False), 'enclosed'),
         (extrude_polygon(shapely.box(0, 0, 0.5, 0.5), 0.0, 2.0), 'enclosed'),
-        (TriangleMesh(np.eye(3) * 5.0, np.array([[0, 1, 2]])), 'no level surface'),
+        (TriangleMesh(np.eye(3) * 5.0, np.array([[0, 1, 2]])), 'no horizontal surface'),
     ],
     ids=['open ground', 'a solid block', 'a slope'],
 )

@@ -177,7 +177,7 @@ def test_the_command_makes_pairs_of_my_plan(tmp_path):
     ('arguments', 'message'),
     [
         (['--preset', 'paper-real'], 'needs real floorplans; give --plans PATH'),
-        ([], 'names no number of pairs; give --count'),
+        ([], 'has no default number of pairs; give --count'),
         (['--split', 'tune', '--count', 1], 'give --plans PATH'),
         (['--floorplan', 'absent.png', '--count', 1], 'absent.png does not exist'),
     ],

@@ -130,7 +130,7 @@ def test_leaves_hang_at_both_ends_and_mostly_open_into_the_smaller_room():
     ('bounds', 'reason'),
     [
         ({'min_rooms': 50, 'max_area_m2': 100.0}, '50 rooms do not fit into 100 m²'),
-        ({'min_rooms': 30, 'max_rooms': 10}, 'no range'),
+        ({'min_rooms': 30, 'max_rooms': 10}, 'exceeds max_rooms 10'),
         ({'min_rooms': 20, 'max_area_m2': 62.0}, 'widen the bounds'),
     ],
 )
