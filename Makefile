@@ -6,7 +6,7 @@
 #   make test-all   that, and what needs a stage of its own: wheels, browser, notebook, tutorial
 #   make test-oldest   run the quick tests with the oldest libraries, those of Ubuntu 24.04
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
-#   make lint    ruff and mypy
+#   make lint    ruff, mypy and codespell, which knows words of our own that the field has others for
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
 #   make pictures   make the pictures of the documentation by the commands of notes/images.md
 #   make docs    build the documentation into build/docs, every link checked
@@ -56,6 +56,7 @@ lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/codespell -D- -D tools/words.txt
 
 walkthrough: $(STAMP)
 	$(BIN)/python tools/walkthrough.py

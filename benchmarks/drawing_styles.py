@@ -18,10 +18,11 @@ import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.segmentation.agreement import place_agreement, room_agreement
+from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import Segmentation
 from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.evaluation.submap_segmentation import DOOR_TOLERANCE_M
+from fpnet_lab.metrics.openings import place_agreement
 from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import STYLES, DrawingStyle

@@ -133,7 +133,7 @@ class LocalizerNode(ManagedNode):
 
     def _start_threads(self, parameters: LocalizerParameters) -> None:
         self._update: Future[None] | None = None
-        self._updates = Worker('ticks', self._report)
+        self._updates = Worker('updates', self._report)
         self.add_end(self._updates.close)
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
         self.add_end(self._scans.close)
@@ -227,7 +227,7 @@ class LocalizerNode(ManagedNode):
         self._publisher.transform()
         self._hints.follow()
         if self._publisher.told is not None:
-            self._action.follow(self._publisher.told, self._publisher.claimed)
+            self._action.follow(self._publisher.told, self._publisher.accepted)
 
     def _publish_diagnostics(self) -> None:
         self._state_file.follow_odometry()
@@ -236,7 +236,7 @@ class LocalizerNode(ManagedNode):
             if self._silence.follow(self._health.silence_s, stale_s):
                 self._publisher.update()  # no update runs while the clock stands still
             if self._hand_over is not None:
-                self._hand_over.follow(self._out.claimed)
+                self._hand_over.follow(self._out.accepted)
         self._publisher.diagnostics(self._checkup.findings())
 
     def _autosave(self) -> None:

@@ -101,7 +101,7 @@ class LocalizerOutputs:
         self._path_end: SE2 | None = None
         self._published_ns: int | None = None  # stamp of the last pose
         self._map_odom: _MapOdom | None = None
-        self.claimed: PoseWithCovarianceStamped | None = None
+        self.accepted: PoseWithCovarianceStamped | None = None
         """Last message on ``floorplan_pose_with_covariance``; None unless localized."""
         self._tf_stamp_ns = 0
         add = node.add_publisher
@@ -124,7 +124,7 @@ class LocalizerOutputs:
 
     def forget_pose(self) -> None:
         """Stop broadcasting until there is a pose again."""
-        self._map_odom = self.claimed = None
+        self._map_odom = self.accepted = None
 
     def publish_pose(self, moment: StampedOutput) -> None:
         """
@@ -145,10 +145,10 @@ class LocalizerOutputs:
         self._published_ns = scan.stamp_ns
         self._publish_on_plan(located.T_plan_base, scan.stamp_ns, frame.plan_id)
         if located.cov is not None:
-            self.claimed = uncertain_pose_to_msg(
+            self.accepted = uncertain_pose_to_msg(
                 located.T_map_base, located.cov, scan.stamp_ns, frame.map_id
             )
-            self._pose_cov.publish(self.claimed)
+            self._pose_cov.publish(self.accepted)
 
     def _publish_on_plan(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
         msg = pose_to_msg(pose, stamp_ns, plan_frame)

@@ -77,9 +77,9 @@ class StatusPublisher:
         self._cached_look: _CachedLook | None = None
 
     @property
-    def claimed(self) -> Any:
+    def accepted(self) -> Any:
         """The current PoseWithCovarianceStamped, None unless localized."""
-        return None if self._health.is_starved else self._out.claimed
+        return None if self._health.is_starved else self._out.accepted
 
     def situation(self) -> tuple[MapFrame | None, LocatedScan | None]:
         """Return the frames and the scan to which an initial pose refers."""

@@ -71,6 +71,5 @@ def unpacked(kind: type[Value], data: bytes) -> Value:
         return from_arrays(kind, read_arrays(file))
     except (ValueError, OSError, zlib.error) as error:
         raise FpnetError(
-            f'{len(data)} bytes do not describe a {kind.__name__}: {error}; both sides need the '
-            'same version of fpnet'
+            f'cannot read {len(data)} bytes: {error}; both sides need the same version of fpnet'
         ) from None

@@ -125,7 +125,7 @@ class GlobalLocalizer:
         if search.wide_scales is None:
             return found
         wide = replace(query, search=search.wide_scales)
-        with timer.stage('misstated'):
+        with timer.stage('wide_scales'):
             known = query.tracked.joined(found.estimates)
             placed = wide.aligned(known.joined(self._proposed(wide, match)))
             doubt = self._scored(wide, placed, match, StageTimer())

@@ -239,7 +239,7 @@ class _Storeys:
     """``name`` of a storey, and the strongest other one: name, share of walls explained, p."""
 
     name: str = ''
-    rival: tuple[str, float, float] | None = None
+    runner_up: tuple[str, float, float] | None = None
 
 
 def _storeys_of(name: str, order: Sequence[str], told: Mapping[str, Posterior]) -> _Storeys:
@@ -337,7 +337,7 @@ def _reason(
         pair.search.bounds,
         is_accepted=status is MapMatchStatus.MATCHED,
         storey=storeys.name,
-        rival_storey=storeys.rival,
+        runner_up_storey=storeys.runner_up,
         unseen_m=pair.plan.evidence.unseen_wall_m(pair.area_m2),
     )
     return reason_of(posterior, look)

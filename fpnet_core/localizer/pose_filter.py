@@ -113,14 +113,14 @@ class LocalPoseFilter:
         return _corrected(PoseEstimate(A_plan_odom, robot_odom, smeared), fits[0]).A_plan_odom
 
     def _predicted(
-        self, last: PoseEstimate | None, claim: Affine2D, robot_odom: Array
+        self, last: PoseEstimate | None, accepted: Affine2D, robot_odom: Array
     ) -> PoseEstimate:
         """Return the last estimate plus odometry drift; without one, the accepted placement."""
         if last is None:
-            return PoseEstimate(claim, robot_odom, np.diag(_START**2))
+            return PoseEstimate(accepted, robot_odom, np.diag(_START**2))
         moved_m = float(np.hypot(*(robot_odom - last.robot_odom)))
         lost = np.diag((_LOSS_PER_UPDATE + moved_m * self._loss_per_m()) ** 2)
-        A = _stretched_like(claim, last.A_plan_odom, robot_odom)
+        A = _stretched_like(accepted, last.A_plan_odom, robot_odom)
         return PoseEstimate(A, robot_odom, last.cov + lost)
 
     def _loss_per_m(self) -> Array:
@@ -129,15 +129,15 @@ class LocalPoseFilter:
         return np.array([m, m, np.deg2rad(deg)])
 
     def _measured(
-        self, plan: MapEvidence, seen: Array, claim: Affine2D, last: PoseEstimate
+        self, plan: MapEvidence, seen: Array, accepted: Affine2D, last: PoseEstimate
     ) -> PoseEstimate:
         """Return the estimate corrected by the walls near the robot."""
-        starts = Placements.of([claim, last.A_plan_odom])
-        fits = refine(plan, seen, starts, _rigid(claim), AGAIN)
+        starts = Placements.of([accepted, last.A_plan_odom])
+        fits = refine(plan, seen, starts, _rigid(accepted), AGAIN)
         before, after = (wall_support(plan, seen, each) for each in (starts, fits))
         start, pick = last, 1
         if after[0] > after[1] + self.config.drift_support:
-            start, pick = PoseEstimate(claim, last.robot_odom, np.diag(_START**2)), 0
+            start, pick = PoseEstimate(accepted, last.robot_odom, np.diag(_START**2)), 0
         return _corrected(start, fits[pick]) if after[pick] > before[pick] else start
 
 
@@ -155,9 +155,9 @@ def _corrected(fix: PoseEstimate, fit: Placement) -> PoseEstimate:
     return PoseEstimate(moved, robot, (np.eye(3) - gain) @ fix.cov)
 
 
-def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:
-    """Return ``A`` with the stretch of ``claim``; position and heading of the robot are kept."""
-    linear = claim.stretch @ rotation(A.heading)
+def _stretched_like(accepted: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:
+    """Return ``A`` with the stretch of ``accepted`` and the robot's position and heading."""
+    linear = accepted.stretch @ rotation(A.heading)
     return Affine2D(linear, A.apply(robot_odom) - linear @ robot_odom)
 
 

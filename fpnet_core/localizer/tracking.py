@@ -113,7 +113,7 @@ class UpdateContext:
         Smallest and largest mean scale allowed for a placement.
     storey
         The one of the posterior, if there are several.
-    rival_storey
+    runner_up_storey
         Other storey with the most probable placement, the share of walls explained by this
         placement, and its probability; None without one.
     unsearched
@@ -129,7 +129,7 @@ class UpdateContext:
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
     storey: str = ''
-    rival_storey: tuple[str, float, float] | None = None
+    runner_up_storey: tuple[str, float, float] | None = None
     unsearched: int = 0
 
 
@@ -188,7 +188,7 @@ class HypothesisTracker:
             context.scales,
             is_mirrored=is_mirrored,
             storey=context.storey,
-            rival_storey=context.rival_storey,
+            runner_up_storey=context.runner_up_storey,
             unsearched=context.unsearched,
             unseen_m=context.unseen_m,
         )

@@ -228,7 +228,7 @@ class _Update:
     def _context(
         self, sub: PreparedMap, hint: PoseHint | None, others: tuple[OtherStorey, ...]
     ) -> UpdateContext:
-        area_m2, rival = self.submap.free_area_m2, strongest(others)
+        area_m2, runner_up = self.submap.free_area_m2, strongest(others)
         is_little = area_m2 < self.plan.half_area_m2
         return UpdateContext(
             sub.evidence,
@@ -240,7 +240,7 @@ class _Update:
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',
-            rival_storey=None if rival is None else rival.said,
+            runner_up_storey=None if runner_up is None else runner_up.said,
             unsearched=unsearched(others, area_m2),
         )
 

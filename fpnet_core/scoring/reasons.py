@@ -77,8 +77,8 @@ class Circumstances:
     missing_looks : further ones required for acceptance
     needs_news : these must contain new observations
     storey : that of the best placement, on a site with several; else empty
-    rival_storey : strongest other storey, the share of the walls that its best placement explains,
-        and the probability of that placement
+    runner_up_storey : strongest other storey, the share of the walls that its best placement
+        explains, and the probability of that placement
     unsearched : number of other storeys that have not been searched yet
     unseen_m : estimated length of the plan walls not yet observed [m]
     """
@@ -93,7 +93,7 @@ class Circumstances:
     missing_looks: int = 0
     needs_news: bool = False
     storey: str = ''
-    rival_storey: tuple[str, float, float] | None = None
+    runner_up_storey: tuple[str, float, float] | None = None
     unsearched: int = 0
     unseen_m: float = math.inf
 
@@ -135,7 +135,7 @@ def _undecided(posterior: Posterior, look: Circumstances) -> str:
         return little if is_little else 'the observations fit nowhere on the floorplan'
     placed = float(posterior.placements.probability.sum())
     held = {
-        'rivals': placed - posterior.best if len(posterior.placements) > 1 else 0.0,
+        'runner_up': placed - posterior.best if len(posterior.placements) > 1 else 0.0,
         'elsewhere': posterior.none - posterior.mirror,
         'mirror': posterior.mirror,
         'foreign': posterior.foreign,
@@ -143,10 +143,10 @@ def _undecided(posterior: Posterior, look: Circumstances) -> str:
     }
     by = max(held, key=lambda name: held[name])
     if by == 'foreign' and placed >= posterior.foreign and _is_alike(posterior):
-        by = 'rivals'  # they share the probability that one place has against another building
+        by = 'runner_up'  # they share the probability that one place has against another building
     if by == 'storeys' and not is_little:
         return _between_storeys(posterior, look)
-    if by == 'rivals':
+    if by == 'runner_up':
         first = little if is_little else _explained(posterior, look)
         parting = [] if is_little else _deciding_wall(posterior, look)
         return '; '.join([first, _runner_up(posterior, look), *parting, *_scaled(posterior, look)])
@@ -176,9 +176,9 @@ def _between_storeys(posterior: Posterior, look: Circumstances) -> str:
 
 def _other_storey(look: Circumstances) -> list[str]:
     """Return how much the strongest other storey explains; empty without one."""
-    if look.rival_storey is None:
+    if look.runner_up_storey is None:
         return []
-    name, share, probability = look.rival_storey
+    name, share, probability = look.runner_up_storey
     return [f'storey {name} explains {percent(share)} (p {probability:.2f})']
 
 

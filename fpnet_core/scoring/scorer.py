@@ -311,9 +311,9 @@ class PlacementScorer:
         ``log_odds`` are those against a mirrored plan. The probability of the mirror image counts
         as none.
         """
-        rivals = np.append(mirrored.weights - log_odds, drawn.none_weight)
-        top = rivals.max()
-        none_weight = float(top + np.log(np.exp(rivals - top).sum()))
+        against = np.append(mirrored.weights - log_odds, drawn.none_weight)
+        top = against.max()
+        none_weight = float(top + np.log(np.exp(against - top).sum()))
         beside = drawn.beside
         p = self._probabilities(drawn.weights, none_weight, beside)
         ranked = replace(drawn.placements, probability=p[:-2])

@@ -29,7 +29,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_core.segmentation import told_scale
-from fpnet_core.segmentation.agreement import Agreement, place_agreement, room_agreement
+from fpnet_core.segmentation.agreement import Agreement, room_agreement
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.drawings import (
     RoomComparison,
@@ -40,6 +40,7 @@ from fpnet_lab.evaluation.drawings import (
     segmented,
 )
 from fpnet_lab.metrics import mean, share
+from fpnet_lab.metrics.openings import place_agreement
 from fpnet_lab.scores import Row
 from fpnet_lab.sim.drawn.render import fill_polygons
 

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.segmentation import segment_floorplan, segment_submap
-from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
+from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
+from fpnet_lab.metrics.openings import place_agreement, true_openings
 from fpnet_lab.sim.pairs.presets import SPLITS, Split
 from fpnet_lab.sim.population.floors import CELL_M, FREE_GREY, read_image, read_labels
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from fpnet_lab.evaluation.speed.growth import Grown
 
-_SHOWN = ('segment', 'evidence', 'match', 'propose', 'align', 'score', 'mirror', 'misstated')
+_SHOWN = ('segment', 'evidence', 'match', 'propose', 'align', 'score', 'mirror', 'wide_scales')
 _PLAN, _TICK, _MEMORY = '#1f6fb4', '#d1495b', '#3b7d4f'
 
 

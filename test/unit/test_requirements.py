@@ -13,8 +13,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 # Of developers, not of users.
-TOOLS_OF = ('axe', 'hypothesis', 'ipython', 'mkdocs', 'mypy', 'nbformat', 'pytest', 'ruff',
-            'selenium', 'types', 'colcon', 'setuptools', 'wheel')  # fmt: skip
+TOOLS_OF = (
+    'axe', 'codespell', 'hypothesis', 'ipython', 'mkdocs', 'mypy', 'nbformat', 'pytest', 'ruff',
+    'selenium', 'types', 'colcon', 'setuptools', 'wheel',
+)  # fmt: skip
 
 
 # Of an environment of its own: one of them holds NumPy back.

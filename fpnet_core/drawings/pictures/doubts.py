@@ -70,7 +70,7 @@ _CAUSES = {
         'uncertain: the network has low confidence in their floor or walls',
         'use a drawing without furniture, stairs and arrows',
     ),
-    'rival': ('segmented differently by the coarse pass', 'compare them with the drawing'),
+    'runner_up': ('segmented differently by the coarse pass', 'compare them with the drawing'),
 }
 
 
@@ -326,7 +326,7 @@ def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Ite
             strength = {
                 'open': figures['open'],
                 'unsure': 2.0 - figures['floor'] - figures['walled'],
-                'rival': 1.0 - figures['other'],
+                'runner_up': 1.0 - figures['other'],
             }
             cause = max(strength, key=lambda name: strength[name])
             yield Doubtful(cause, _box(found, found.segmentation.rooms[number].polygon))

@@ -80,7 +80,7 @@ def test_the_drawings_benchmark_refuses_kinds_that_are_none(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(['bench', 'drawings', '--kinds', 'office,napkin'])
     assert stop.value.code == 1
-    assert "unknown kind 'napkin'; choose of clean,office,brochure" in capsys.readouterr().err
+    assert "unknown kind 'napkin'; choose from clean,office,brochure" in capsys.readouterr().err
 
 
 def test_stats_compare_with_labelled_drawings(tmp_path, capsys):

@@ -41,7 +41,7 @@ def test_what_is_cut_off_or_of_another_kind_is_one_line(made_up_run):
     for broken in (b'', data[:-9], data[9:], zlib.compress(b'no archive'), data[:50] * 3):
         with pytest.raises(FpnetError, match='same version of fpnet'):
             unpacked(ShownTick, broken)
-    with pytest.raises(FpnetError, match='describe no ShownPlan'):
+    with pytest.raises(FpnetError, match='does not describe a ShownPlan'):
         unpacked(ShownPlan, data)
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.segmentation.agreement import place_agreement
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_lab.metrics.openings import place_agreement
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import STYLES, DrawingStyle
 from fpnet_lab.sim.plans import generate_plan

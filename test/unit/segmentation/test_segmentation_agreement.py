@@ -11,8 +11,9 @@ from fpnet.viz.segmentation import draw_grid, draw_segmentation, region_colour
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
+from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.metrics.openings import place_agreement, true_openings
 
 
 def halves(cut):
