@@ -34,13 +34,13 @@ from rclpy.executors import SingleThreadedExecutor
 from tf2_msgs.msg import TFMessage
 
 from fpnet.api.run import Run, scans_of
+from fpnet.bag_writer import BagWriter
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.motion import twist
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S

@@ -44,7 +44,7 @@ DRIVE = """
 import numpy as np
 from PIL import Image
 from fpnet_core.geometry import SE2
-from fpnet_core.io.bag_writer import BagWriter
+from fpnet.bag_writer import BagWriter
 PIXEL_M, SCAN_NS, FIRST_NS = 0.02, 100_000_000, 10**18
 wall = np.array(Image.open('plan.png')) < 128
 down = np.array([(200, y) for y in range(300, 142, -5)])

@@ -94,7 +94,7 @@ def command(
 def _checked_exports(exports: list[Path], drawing: Path) -> list[Path]:
     """Return the export files; raise an error if one must not be written."""
     from fpnet.cli.outputs import check_file
-    from fpnet_core.drawings.exports.writing import export_suffix
+    from fpnet.exports.writing import export_suffix
 
     for path in exports:
         export_suffix(path)
@@ -108,8 +108,8 @@ def _export(reading: Reading, exports: list[Path], json_path: Path | None) -> No
     """Write the rooms and doors to each export file."""
     if not exports:
         return
-    from fpnet_core.drawings.exports.writing import write_model
-    from fpnet_core.drawings.segmented_model import complete_model
+    from fpnet.exports.segmented_model import complete_model
+    from fpnet.exports.writing import write_model
 
     model = complete_model(reading)
     for path in exports:

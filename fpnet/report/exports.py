@@ -12,9 +12,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet.bag_writer import BagWriter
 from fpnet.report.moments import shown_ticks
 from fpnet_core.geometry import SE2
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import write_covariances, write_tum

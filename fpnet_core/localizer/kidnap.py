@@ -97,7 +97,7 @@ class KidnapDetector:
         support = self._support(plan, submap, A_plan_odom @ T)
         usual = estimate.best.score if kidnap_state.usual is None else kidnap_state.usual
         if self._is_doubtful(support, usual, kidnap_state, submap):
-            lost = LocalizationState(Status.LOST, None, 0.0, CONTRADICTED)
+            lost = LocalizationState(Status.LOST, None, 0.0, CONTRADICTED, scored=estimate.scored)
             doubted = replace(kidnap_state, fix=fix, doubts=kidnap_state.doubts + 1)
             return doubted, lost, None
         if support is not None:

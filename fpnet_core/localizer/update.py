@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.geometry import Affine2D
 from fpnet_core.localizer.cached_search import CachedSearch
 from fpnet_core.localizer.diagnosis import causes_of_look, causes_of_waiting
 from fpnet_core.localizer.floorplan import Floorplan
@@ -109,6 +109,27 @@ class _Found:
 
 
 @dataclass(frozen=True, eq=False)
+class _Weighed:
+    """
+    All hypotheses of an update, weighed against each other.
+
+    ``posterior`` is over the placements on ``plan`` at all scales, its mirror image and the
+    storeys ``others``, of which those ``is_fresh`` were compared in this update. ``mirrored`` is
+    the posterior on the mirror image, None if it was not searched; ``hint`` is what remains of
+    the hint.
+    """
+
+    query: MatchQuery
+    candidates: Candidates
+    posterior: Posterior
+    plan: Floorplan
+    mirrored: Posterior | None
+    hint: PoseHint | None
+    others: tuple[OtherStorey, ...]
+    is_fresh: list[bool]
+
+
+@dataclass(frozen=True, eq=False)
 class _Update:
     """One update with a floorplan and enough observations; a method for each step."""
 
@@ -121,65 +142,80 @@ class _Update:
     is_upside_down: bool
 
     def run(self) -> tuple[UpdateState, LocalizerOutput]:
-        """Return the next state and the output."""
+        """Search, weigh the hypotheses, track them, check around the robot, and report."""
         state, submap, config = self.state, self.submap, self.global_localizer.config.localizer
-        tracker = HypothesisTracker(config, self.global_localizer.scorer)
         found = self._placed()
-        look = StoreyLook(submap, found.searched.sub, self.global_localizer, self.robot_xy)
-        others, is_fresh = look.looked_at(
-            state.others, tracker.is_settled(state.track), not found.searched.updates, self.timer
+        weighed = self._weighed(found)
+        sub, detector = found.searched.sub, KidnapDetector(config)
+        context = self._context(sub, weighed.hint, weighed.others)
+        track, estimate = self._tracker.update(
+            state.track, weighed.posterior, context, weighed.mirrored
         )
-        # Searches of other storeys that block acceptance come before the tests of this one.
-        has_searched = not unsearched(others, submap.free_area_m2)
-        doubts = has_searched and tracker.wants_mirror(state.track)
-        search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
-        sub = found.searched.sub
-        query = self._query(sub, search)
-        candidates = self.global_localizer.with_wide_scales(query, found.candidates, self.timer)
-        found = replace(found, candidates=candidates)
-        posterior, hint = self._hinted(found.candidates.posterior)
-        posterior, others = floor_posterior(
-            self.global_localizer.scorer, posterior, self.plan, others, is_fresh
-        )
-        plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
-        track, estimate = tracker.update(
-            state.track, posterior, self._context(sub, hint, others), mirrored
-        )
-        plan = plan.after(estimate, sub.evidence.walls)
-        kidnap_state, checked, A = KidnapDetector(config).update(
+        plan = weighed.plan.after(estimate, sub.evidence.walls)
+        kidnap_state, checked, A = detector.update(
             state.kidnap_state, plan.working.evidence, submap, estimate, self.robot_xy
         )
-        covariance = self._covariance(checked, A)
         after = UpdateState(
             plan=plan,
             segmenter=found.segmenter,
             track=track,
             kidnap_state=kidnap_state,
             tracked=estimate.scored @ submap.T_odom_submap.inv(),
-            searched=found.searched if tracker.is_settled(track) else None,
-            hint=hint,
-            covariance=covariance,
-            is_elsewhere=KidnapDetector(config).is_elsewhere(kidnap_state),
-            others=others,
+            searched=found.searched if self._tracker.is_settled(track) else None,
+            hint=weighed.hint,
+            covariance=self._covariance(checked, A),
+            is_elsewhere=detector.is_elsewhere(kidnap_state),
+            others=weighed.others,
         )
-        causes = causes_of_look(
-            query, posterior, submap, checked.status, checked.is_mirrored,
-            self.plan.scale_conflict,
-            Sensed(self.is_upside_down and checked.is_mirrored),
-        )  # fmt: skip
-        output = self._output(plan, found, estimate.scored, checked, A, covariance)
-        storeys = probabilities(plan, posterior, others)
-        named = replace(output, causes=causes, storey=plan.name, storeys=storeys)
-        best = strongest(others)
+        output = self._output(after, found, weighed, checked, A)
+        return self._on_strongest_storey(after, found, weighed), output
+
+    @property
+    def _tracker(self) -> HypothesisTracker:
+        config = self.global_localizer.config.localizer
+        return HypothesisTracker(config, self.global_localizer.scorer)
+
+    def _weighed(self, found: _Found) -> _Weighed:
+        """Weigh the placements found against other scales, other storeys, and the mirror image."""
+        state, submap, sub = self.state, self.submap, found.searched.sub
+        look = StoreyLook(submap, sub, self.global_localizer, self.robot_xy)
+        others, is_fresh = look.looked_at(
+            state.others,
+            self._tracker.is_settled(state.track),
+            not found.searched.updates,
+            self.timer,
+        )
+        # Searches of other storeys that block acceptance come before the tests of this one.
+        has_searched = not unsearched(others, submap.free_area_m2)
+        doubts = has_searched and self._tracker.wants_mirror(state.track)
+        search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
+        query = self._query(sub, search)
+        candidates = self.global_localizer.with_wide_scales(query, found.candidates, self.timer)
+        posterior, hint = self._hinted(candidates.posterior)
+        posterior, others = floor_posterior(
+            self.global_localizer.scorer, posterior, self.plan, others, is_fresh
+        )
+        plan, mirrored = self.plan, None
+        if doubts:
+            plan, mirrored = self._mirrored(candidates, sub, search)
+        return _Weighed(query, candidates, posterior, plan, mirrored, hint, others, is_fresh)
+
+    def _on_strongest_storey(
+        self, after: UpdateState, found: _Found, weighed: _Weighed
+    ) -> UpdateState:
+        """Return the next state, about another storey where that is more probable by now."""
+        hint, posterior, best = weighed.hint, weighed.posterior, strongest(weighed.others)
         is_hinted = hint is not None and not hint.is_doubted
         if best is None or best.best <= posterior.best or is_hinted or after.is_elsewhere:
-            return after, named
-        left = OtherStorey(plan, after.tracked, posterior, found.searched.free_area_m2)
-        begun = TrackState(was_localized=track.was_localized)
+            return after
+        assert after.plan is not None  # this update's
+        left = OtherStorey(after.plan, after.tracked, posterior, found.searched.free_area_m2)
+        track = TrackState(was_localized=after.track.was_localized)
         # The other storey was updated just now, so this counts as its first win.
-        if best.posterior is not None and is_fresh[others.index(best)]:
-            begun, _ = tracker.update(begun, best.posterior, self._context(sub, None, others))
-        return replace(after.about(best.plan.name, left), track=begun), named
+        if best.posterior is not None and weighed.is_fresh[weighed.others.index(best)]:
+            context = self._context(found.searched.sub, None, weighed.others)
+            track, _ = self._tracker.update(track, best.posterior, context)
+        return replace(after.about(best.plan.name, left), track=track)
 
     def _placed(self) -> _Found:
         """Search the whole plan, or track the results of the last search if it still holds."""
@@ -200,9 +236,11 @@ class _Update:
         area_m2 = self.submap.free_area_m2
         return MatchQuery(self.plan.working, sub, area_m2, search, tracked, self.robot_xy)
 
-    def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Posterior]:
-        """Return the posterior on the mirrored plan, and the plan with its mirror computed."""
-        scale = found.candidates.estimates.take(slice(1)).scale
+    def _mirrored(
+        self, candidates: Candidates, sub: PreparedMap, search: ScaleSearch
+    ) -> tuple[Floorplan, Posterior]:
+        """Return the plan with its mirror image computed, and the posterior on that."""
+        scale = candidates.estimates.take(slice(1)).scale
         # The wide scale prior applies to the mirror image only if the plan itself needs it.
         alike = search.as_stated if search.is_within(scale).all() else search
         with self.timer.stage('mirror'):
@@ -210,7 +248,7 @@ class _Update:
             assert plan.mirror is not None  # by with_mirror()
             # The mirror image's stages are not part of the plan's timings.
             area_m2 = self.submap.free_area_m2
-            query = MatchQuery(plan.mirror, found.searched.sub, area_m2, alike)
+            query = MatchQuery(plan.mirror, sub, area_m2, alike)
             mirrored = self.global_localizer.find(query, StageTimer())
         return plan, mirrored.posterior
 
@@ -246,14 +284,14 @@ class _Update:
 
     def _output(
         self,
-        plan: Floorplan,
+        after: UpdateState,
         found: _Found,
-        scored: Placements,
+        weighed: _Weighed,
         estimate: LocalizationState,
         A_working_odom: Affine2D | None,
-        covariance: PoseCovariance | None,
     ) -> LocalizerOutput:
-        estimates = plan.nominal_estimates(scored)
+        plan, covariance = after.plan, after.covariance
+        assert plan is not None  # this update's
         is_hung = estimate.is_mirrored and self.is_upside_down
         return LocalizerOutput(
             stamp_ns=self.submap.stamp_ns,
@@ -261,8 +299,8 @@ class _Update:
             A_plan_odom=None if A_working_odom is None else plan.to_nominal(A_working_odom),
             covariance=None if covariance is None else plan.nominal_covariance(covariance),
             probability=estimate.probability,
-            estimates=estimates,
-            match=found.candidates.match,
+            estimates=plan.nominal_estimates(estimate.scored),
+            match=weighed.candidates.match,
             segmentation=found.searched.sub.segmentation,
             graph=found.searched.sub.graph,
             submap=self.submap,
@@ -270,7 +308,13 @@ class _Update:
             scale=plan.nominal_scale(),
             reason=UPSIDE_DOWN if is_hung else estimate.reason,
             is_mirrored=estimate.is_mirrored,
-        )
+            causes=causes_of_look(
+                weighed.query, weighed.posterior, self.submap, estimate.status,
+                estimate.is_mirrored, self.plan.scale_conflict, Sensed(is_hung),
+            ),
+            storey=plan.name,
+            storeys=probabilities(plan, weighed.posterior, weighed.others),
+        )  # fmt: skip
 
     def _covariance(
         self, estimate: LocalizationState, A_plan_odom: Affine2D | None

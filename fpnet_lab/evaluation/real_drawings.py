@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
+from fpnet.exports.segmented_model import complete_model
 from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2

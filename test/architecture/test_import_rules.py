@@ -24,7 +24,16 @@ LAYERS = {
         {'sites', 'differences'},
     ],
     'fpnet': [
-        {'accuracy', 'doctor', 'geojson', 'library', 'plan_check', 'site_check'},
+        {
+            'accuracy',
+            'bag_writer',
+            'doctor',
+            'exports',
+            'geojson',
+            'library',
+            'plan_check',
+            'site_check',
+        },
         {'viz', 'report'},
         {'api'},
         {'cli'},

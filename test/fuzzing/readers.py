@@ -276,7 +276,7 @@ def _examine(path: Path) -> object:
 
 def _bag_writer(storage: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        from fpnet_core.io.bag_writer import BagWriter
+        from fpnet.bag_writer import BagWriter
 
         with BagWriter(folder / 'bag', storage) as bag:
             for stamp_ns, pose in zip(_STAMPS_NS.tolist(), _poses(), strict=True):
@@ -290,7 +290,7 @@ def _bag_writer(storage: str) -> Callable[[Path], Path]:
 
 
 def _write_laser_bag(folder: Path) -> Path:
-    from fpnet_core.io.bag_writer import BagWriter
+    from fpnet.bag_writer import BagWriter
     from fpnet_core.io.laserscan import LaserReadings
 
     readings = LaserReadings(-1.0, 0.05, 1e-3, 0.1, 30.0, np.linspace(0.0, 40.0, 40))

@@ -11,9 +11,9 @@ from planted import CORRIDOR, DOORS, ROOMS, building_cells
 from planted_drive import SCAN_NS, recorded
 import pytest
 
+from fpnet.bag_writer import BagWriter
 from fpnet.cli import main
 from fpnet_core.geometry import SE2
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 

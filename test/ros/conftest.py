@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 from stopwatch import Stopwatch
 
+from fpnet.bag_writer import BagWriter
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.trajectory import PlanarTrajectory

@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from fpnet_core.io.bag_writer import BagWriter
+from fpnet.bag_writer import BagWriter
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.runs import read_output
 from fpnet_core.io.sessions import TICK_NAME

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fpnet.bag_writer import BagWriter
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.recordings import open_scans
 
 pytestmark = pytest.mark.ros

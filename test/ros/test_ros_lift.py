@@ -12,7 +12,7 @@ import pytest
 from std_msgs.msg import String
 import yaml
 
-from fpnet_core.io.bag_writer import BagWriter
+from fpnet.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.types import Status
 from fpnet_lab.sim.drawn.distort import renovated

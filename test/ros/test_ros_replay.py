@@ -14,7 +14,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from fpnet_core.io.bag_writer import BagWriter
+from fpnet.bag_writer import BagWriter
 from fpnet_core.types import Status
 from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, sensor_data
 from msg_adapters.clouds import cloud_from_msg

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from fpnet.bag_writer import BagWriter
 from fpnet_core.doctor import Problem
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.drives.scanning import SimulatedScan

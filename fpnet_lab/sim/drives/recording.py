@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet.bag_writer import BagWriter, Storage
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.bag_writer import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.recordings import BAG_NAME
 from fpnet_core.io.scans import Scan

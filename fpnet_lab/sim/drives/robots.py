@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from fpnet.bag_writer import BagWriter
 from fpnet_core.geometry import SE2, angle_between
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drives.drift import wheel_odometry

@@ -8,12 +8,12 @@ import json
 import numpy as np
 import pytest
 
+from fpnet.bag_writer import BagWriter
 from fpnet.cli import main
 from fpnet.doctor.bag import observe_bag
 from fpnet.doctor.examine import examine
 from fpnet_core.doctor import Problem
 from fpnet_core.doctor.sensor import upside_down_vote
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_lab.sim.drives.faulty_robots import RIGHT, ShortDrive, record, turned
 
 

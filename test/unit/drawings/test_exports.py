@@ -10,10 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
+from fpnet.exports.lines import symbol
+from fpnet.exports.segmented_model import complete_model
+from fpnet.exports.solids import solid_walls
+from fpnet.exports.writing import export_suffix, write_model
 from fpnet_core.config import FpnetConfig
-from fpnet_core.drawings.exports.lines import symbol
-from fpnet_core.drawings.exports.solids import solid_walls
-from fpnet_core.drawings.exports.writing import export_suffix, write_model
 from fpnet_core.drawings.formats.worker import pack, read_here, unpack
 from fpnet_core.drawings.model import (
     DoorKind,
@@ -26,7 +27,6 @@ from fpnet_core.drawings.model import (
 )
 from fpnet_core.drawings.opening import drawing_kind
 from fpnet_core.drawings.read import read_drawing
-from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,

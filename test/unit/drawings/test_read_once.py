@@ -10,10 +10,10 @@ from PIL import Image
 from planted import plan_grid
 import pytest
 
+from fpnet.exports.segmented_model import complete_model
 from fpnet.plan_check import check_plan
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
-from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.drawings.wording import said_of
 from fpnet_core.localizer import create_localizer

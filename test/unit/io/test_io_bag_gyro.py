@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fpnet_core.io.bag_writer import BagWriter
+from fpnet.bag_writer import BagWriter
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.stamps import NS_PER_S
 

@@ -9,9 +9,9 @@ from laser_robot import FRONT, REAR, base_at, distance_to_walls, place
 import numpy as np
 import pytest
 
+from fpnet.bag_writer import BagWriter
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.posed_scans import PosedScans
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.trajectories import Trajectory

@@ -6,11 +6,11 @@ import numpy as np
 from plan_files import Plan, _svg_place, arc_points, write_dxf, write_svg
 import pytest
 
+from fpnet.exports.segmented_model import complete_model
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.formats.worker import read_here
 from fpnet_core.drawings.model import DoorKind
 from fpnet_core.drawings.read import read_drawing
-from fpnet_core.drawings.segmented_model import complete_model
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.types import FREE
 

@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from fpnet_core.drawings.exports.solids import middle_of, solid_walls
+from fpnet.exports.solids import middle_of, solid_walls
 from fpnet_core.drawings.model import FloorplanModel, ModelDoor, Rings
 from fpnet_core.drawings.model_raster import rectangle
 from fpnet_core.drawings.types import Array

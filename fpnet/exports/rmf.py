@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from fpnet_core.drawings.exports.solids import wall_lines
+from fpnet.exports.solids import wall_lines
 from fpnet_core.drawings.model import DoorKind, FloorplanModel
 from fpnet_core.drawings.types import Array
 

@@ -41,18 +41,18 @@ def write_model(model: FloorplanModel, path: Path | str, name: str = 'floorplan'
     suffix = export_suffix(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     if suffix in ('.geojson', '.zip'):
-        from fpnet_core.drawings.exports.imdf import write_geojson, write_imdf
+        from fpnet.exports.imdf import write_geojson, write_imdf
 
         (write_imdf if suffix == '.zip' else write_geojson)(model, path, name)
     elif suffix == '.building.yaml':
-        from fpnet_core.drawings.exports.rmf import write_rmf
+        from fpnet.exports.rmf import write_rmf
 
         write_rmf(model, path, name)
     elif suffix == '.dxf':
-        from fpnet_core.drawings.exports.lines import write_dxf
+        from fpnet.exports.lines import write_dxf
 
         write_dxf(model, path)
     else:
-        from fpnet_core.drawings.exports.lines import write_svg
+        from fpnet.exports.lines import write_svg
 
         write_svg(model, path, name)
