@@ -70,6 +70,7 @@ class StatusPublisher:
         self._lock = Lock()
         self.frame: MapFrame | None = None
         """Frames of the floorplan, None until there is one."""
+        self._shown: MapFrame | None = None
         self.newest: LocatedScan | None = None
         """Scan that was added last, None before the first."""
         self.told: LocalizerReport | None = None
@@ -98,8 +99,8 @@ class StatusPublisher:
             self._out.forget_path()
             self._show(changed)
         frame, A_plan_odom = self.frame, self._localizer.output.A_plan_odom
-        if frame is not None and A_plan_odom is not None:
-            self._show(frame.followed(A_plan_odom))
+        if frame is not None:
+            self._show(frame if A_plan_odom is None else frame.followed(A_plan_odom))
         look = self._look(self._localizer.snapshot)
         stamped = self._publish_stamped()  # the update may have located the newest scan
         if look.of is stamped.snapshot and not self._health.is_starved:
@@ -170,8 +171,10 @@ class StatusPublisher:
 
     def _show(self, frame: MapFrame) -> None:
         """Set the frame ``map``; publish the floorplan in it if it has changed."""
-        if frame is not self.frame:
-            self.frame = frame
+        self.frame = frame
+        # An inactive node's publishers drop messages: its floorplan is published on activation.
+        if frame is not self._shown and self._node.is_active:
+            self._shown = frame
             self._out.publish_scaled(frame, self._now_ns())
 
     def _now_ns(self) -> int:

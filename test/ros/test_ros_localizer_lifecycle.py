@@ -5,6 +5,7 @@
 import threading
 import time
 
+from nav_msgs.msg import OccupancyGrid
 import numpy as np
 from planted import plan_grid
 import pytest
@@ -16,6 +17,7 @@ from fpnet_ros import localizer as module
 from fpnet_ros.floorplans import ServedPlan
 from fpnet_ros.localizer import LocalizerNode
 from fpnet_ros.processes import free_domain_id
+from fpnet_ros.runtime import LATCHED
 from fpnet_ros.state_file import StateFile
 from msg_adapters.scales import GridScale
 
@@ -67,6 +69,26 @@ def test_deactivating_does_not_wait_for_a_tick_whose_end_stays_unheard(node, mon
     node.trigger_cleanup()
     assert published == []
     assert state(node) == 'unconfigured'
+
+
+def test_a_floorplan_that_comes_before_activation_is_published_on_activation(node):
+    received = []
+    listener = rclpy.create_node('listener')
+    topic = f'{node.get_name()}/floorplan_scaled'
+    listener.create_subscription(OccupancyGrid, topic, received.append, LATCHED)
+    node.trigger_configure()
+    node._on_floorplan(ServedPlan(plan_grid(), 'drawing', GridScale(1)))
+    end_s = time.monotonic() + 20.0
+    while node._publisher.frame is None and time.monotonic() < end_s:
+        time.sleep(0.05)
+    rclpy.spin_once(listener, timeout_sec=0.5)
+    assert received == []
+    node.trigger_activate()
+    end_s = time.monotonic() + 20.0
+    while not received and time.monotonic() < end_s:
+        rclpy.spin_once(listener, timeout_sec=0.2)
+    listener.destroy_node()
+    assert received[0].header.frame_id == 'map'
 
 
 def test_a_defect_while_configuring_is_told_once_and_configuring_again_works(
