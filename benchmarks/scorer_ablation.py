@@ -3,7 +3,7 @@
 """
 Ablation of the placement scorer's features on the same placements.
 
-Run: python benchmarks/scorer_ablation.py --data ../shared/data --trials runs/judge/trials
+Run: python benchmarks/scorer_ablation.py --data ../shared/data --trials runs/scorer/trials
      [--cases 200] [--json OUT]; then fpnet bench figures scorer_ablation=OUT
 
 Robot maps of the test split, clipped to each band, are matched with the correct and two other

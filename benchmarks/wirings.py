@@ -405,8 +405,8 @@ def run(names: list[str], seconds: float) -> Iterator[Result]:
 def row(result: Result) -> tuple[Score, ...]:
     """Return the scores of a robot, and its exceeded limits."""
     lost = f'{sum(result.lost.values()):.0f} of {result.sweeps}'
-    posterior = Score('', '; '.join(result.faults) or 'passes')
-    return Score('robot', result.robot), *result.scores, Score('scans lost', lost), posterior
+    verdict = Score('', '; '.join(result.faults) or 'passes')
+    return Score('robot', result.robot), *result.scores, Score('scans lost', lost), verdict
 
 
 def main() -> int:

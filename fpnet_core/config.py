@@ -134,8 +134,9 @@ class LocalizerConfig(Section):
     accept_probability: float = Field(
         0.99, gt=0.5, lt=1.0, description='Probability at which the best placement is accepted.'
     )
-    # Fitted: on held-out buildings, 0.3 % of the placements accepted at 0.95 were wrong, and
-    # 0.15 % of the other buildings' plans were accepted (fpnet train scorer, notes/localizer.md).
+    # Fitted: on held-out buildings, a wrong placement was accepted in 0.3 % of the trials on the
+    # correct plan at 0.95, and a placement on another building's plan in 0.15 %
+    # (fpnet train scorer, notes/localizer.md).
     match_probability: float = Field(
         0.95, gt=0.5, lt=1.0, description='Probability at which two whole maps count as matched.'
     )

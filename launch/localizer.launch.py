@@ -130,5 +130,5 @@ def _nodes(context):
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the launch of the nodes; only ``floorplan`` or ``map`` must be set."""
+    """Return the launch of the nodes; one of ``floorplan``, ``map`` and ``site`` must be set."""
     return LaunchDescription([*_arguments(), OpaqueFunction(function=_nodes)])

@@ -287,7 +287,7 @@ STOREY = {
     'rooms': 426,
     'explored_m2': 3173.0,
     'plan': [1.6, 1.48],
-    'tick': [1.15, 1.05],
+    'update': [1.15, 1.05],
     'stages_s': {'match': 0.09, 'segment': 0.43},
     'peak_bytes': 980_000_000,
     'status': 'waiting',

@@ -91,10 +91,10 @@ def check_file(path: Path, name: str) -> None:
         raise FpnetError(f'{name} {path} is not writable; choose another file')
 
 
-def _check_within(folder: Path, invocation: str) -> None:
+def _check_within(folder: Path, what: str) -> None:
     """Check a folder or, if it does not exist, its nearest existing parent."""
     nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not nearest.is_dir():
-        raise FpnetError(f'{invocation}: {nearest} is a file; choose another folder')
+        raise FpnetError(f'{what}: {nearest} is a file; choose another folder')
     if not is_writable(nearest):
-        raise FpnetError(f'{invocation}: {nearest} is not writable; choose another folder')
+        raise FpnetError(f'{what}: {nearest} is not writable; choose another folder')

@@ -71,5 +71,6 @@ def unpacked(kind: type[Value], data: bytes) -> Value:
         return from_arrays(kind, read_arrays(file))
     except (ValueError, OSError, zlib.error) as error:
         raise FpnetError(
-            f'cannot read {len(data)} bytes: {error}; both sides need the same version of fpnet'
+            f'cannot read {len(data)} bytes as {kind.__name__}: {error}; '
+            'both sides need the same version of fpnet'
         ) from None

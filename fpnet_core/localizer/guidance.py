@@ -119,7 +119,7 @@ def next_look(
 
 
 def _is_new(xy: Array, submap: Submap) -> NDArray[np.bool_]:
-    """Return which places (K, 2) are away from the path; hidden parts stay hidden from there."""
+    """Return which places (K, 2) are away from the path, from which all has been seen."""
     if not len(xy) or not len(submap.path_xy):
         return np.ones(len(xy), np.bool_)
     return np.asarray(cKDTree(submap.path_xy).query(xy)[0] > _BEEN_M)

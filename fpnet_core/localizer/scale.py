@@ -49,8 +49,8 @@ class ScaleSearch:
 
     ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``anisotropy_sigma`` is
     the standard deviation of the strain added by refinement. ``bounds`` are the smallest and
-    largest mean scale of a placement. ``wide_scales`` is searched beyond them if nothing
-    within them is accepted, with ``log_odds`` [nats] of a stated scale being so far off.
+    largest mean scale of a placement. ``wide_scales`` is searched beyond them as
+    well, with ``log_odds`` [nats] of a stated scale being so far off; ``as_stated`` is without.
     """
 
     stretches: Array

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Candidate placements from the rasters alone, for maps with too few regions.
+Candidate placements from the rasters alone, beside those of the region graph.
 
-The region graph needs doors or rooms to anchor a candidate; a map of one or two rooms, or one
-whose doors were not observed, has hardly any, and its scale is uncertain. This module therefore
-correlates walls: for the few rotations that align the wall directions of both maps and the scales
-to try, all translations are scored at once on a coarse raster. The score is the share of walls on
-plan walls minus the share of free space outside or on walls. The best few of every rotation and
-scale go through the same verification as the graph's. This is a narrow correlative search, with a
+They keep competing hypotheses visible that the graph does not propose: it needs doors or rooms to
+anchor a candidate, and a map of one or two rooms, or one whose doors were not observed, has hardly
+any. This module correlates walls: for the few rotations that align the wall directions of both
+maps and the scales to try, all translations are scored at once on a coarse raster. The score is
+the share of walls on plan walls minus the share of free space outside or on walls. The best few of
+every rotation and scale are aligned with the graph's. This is a narrow correlative search, with a
 few dozen rotations and scales instead of thousands.
 """
 

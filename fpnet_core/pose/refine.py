@@ -47,12 +47,12 @@ class SolverSchedule:
 
 
 ROUGH = SolverSchedule((0.8, 0.5, 0.3), 200)
-"""For new candidates, until their scores can be compared. Chosen."""
+"""For new candidates of a known scale, until their scores can be compared. Chosen."""
 
 NEAR = SolverSchedule((0.4, 0.3), 200)
 """
-For candidates with an error below half a metre: on small maps with few walls, a wider kernel
-diverges. Chosen.
+For the candidates of a search: on small maps with few walls, a wider kernel diverges. Right on
+the development pairs of 20-35 and 10-20 %: 93 and 79 %, with ``ROUGH`` first 92 and 77 %. Chosen.
 """
 
 FINE = SolverSchedule((0.3, 0.2, 0.15), 800)
@@ -97,7 +97,7 @@ def refine(
     walls : (P, 2) samples of the submap's walls [m]
     candidates : initial placements
     alignment_prior : prior on the stretch of the drawing
-    schedule : ``ROUGH`` for many new candidates, ``FINE`` for few that are close
+    schedule : ``NEAR`` or ``ROUGH`` for many candidates, ``FINE`` for few that are close
 
     Returns
     -------

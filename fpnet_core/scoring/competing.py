@@ -64,8 +64,10 @@ def rival_figures(figures: Figures, explained: Explained) -> Figures:
     other = ~np.eye(count, dtype=np.bool_)
     rows = np.arange(count)
     # The strongest competitor explains most of the walls that only one of the two explains.
-    nearest = np.where(other, bent_net, np.inf).argmin(axis=1)
-    net_m, bent_m, total_m = (x[rows, nearest] * explained.metres for x in (net, bent_net, total))
+    strongest = np.where(other, bent_net, np.inf).argmin(axis=1)
+    net_m, bent_m, total_m = (
+        x[rows, strongest] * explained.metres for x in (net, bent_net, total)
+    )
     match = figures['match_rooms'] + figures['match_doors']
     return {
         'rival_net': _signed_log(net_m),
@@ -74,10 +76,10 @@ def rival_figures(figures: Figures, explained: Explained) -> Figures:
         'rival_contested': np.log1p(total_m),
         'rival_score': _less_best_other(figures['score'], other),
         'rival_bent_score': _less_best_other(figures['bent_score'], other),
-        'rival_doors': figures['doors_met'] - figures['doors_met'][nearest],
+        'rival_doors': figures['doors_met'] - figures['doors_met'][strongest],
         'rival_rooms': _less_best_other(figures['rooms_pure'], other),
         'rival_match': _less_best_other(match, other),
-        'rival_denied': figures['denied_m'] - figures['denied_m'][nearest],
+        'rival_denied': figures['denied_m'] - figures['denied_m'][strongest],
     }
 
 

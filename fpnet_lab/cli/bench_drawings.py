@@ -45,7 +45,9 @@ def command(
     ] = None,
     half: Annotated[
         _Half,
-        common.choice('--half', _Half, 'Development split, or test split for published figures.'),
+        common.choice(
+            '--half', _Half, 'tune: development split; report: test split, for published figures.'
+        ),
     ] = 'report',
     file_format: Annotated[
         _Format, common.choice('--format', _Format, 'File format of the sheets.')

@@ -28,7 +28,7 @@ class SpeedPart(StrEnum):
     PAIRS = 'pairs'
     DRIVE = 'drive'
     MATCHER = 'matcher'
-    JUDGE = 'judge'
+    SCORER = 'scorer'
     SHELL = 'shell'
     GROWTH = 'growth'
 

@@ -181,7 +181,7 @@ def bench_drawing(
     sheet = SheetResult.of(truth.kind, truth.name, reading, ratio)
     sheet = replace(sheet, f1=rooms.f1, seconds=seconds)
     told = reading.segmentation  # as `fpnet plan` computes its verdict
-    posterior = verdict_of(reading, told, told=told_scale(reading.grid, told, config)).fitness
+    fitness = verdict_of(reading, told, told=told_scale(reading.grid, told, config)).fitness
     ends = np.array([door.ends for door in complete_model(reading).doors])
     middles = map_points(np.linalg.inv(H_plan_file), ends.reshape(-1, 2, 2).mean(axis=1))
     unclear = shapely.union_all([shapely.Polygon(ring) for ring in truth.unclear])
@@ -189,14 +189,14 @@ def bench_drawing(
     doors = None
     if truth.doors is not None:
         doors = place_agreement(middles, truth.doors.mean(axis=1), truth.door_reach)
-    row = _row(truth, sheet, posterior, _counted(rooms.found), _counted(rooms.true), doors)
+    row = _row(truth, sheet, fitness, _counted(rooms.found), _counted(rooms.true), doors)
     return row, sheet, rooms, reading.drawing.pixels
 
 
 def _row(
     truth: TrueDrawing,
     sheet: SheetResult,
-    posterior: Fitness,
+    fitness: Fitness,
     rooms_found: int = 0,
     rooms: int = 0,
     doors: Agreement | None = None,
@@ -223,8 +223,8 @@ def _row(
         'scale_ratio': None if is_held is None else sheet.ratio,
         'interval': [sheet.low, sheet.high],
         'interval_holds': is_held,
-        'verdict': posterior.value,
-        'silent': posterior is Fitness.FIT and is_wrong,
+        'verdict': fitness.value,
+        'silent': fitness is Fitness.FIT and is_wrong,
         'refusal': sheet.refusal,
         'doubts': list(sheet.doubts),
         'seconds': sheet.seconds,

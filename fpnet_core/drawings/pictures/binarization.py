@@ -15,6 +15,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from fpnet_core.raster.morphology import shrunk, square
 from fpnet_core.raster.windows import border_of
@@ -61,12 +62,16 @@ def commonest_levels(grey: Levels) -> list[tuple[int, float]]:
     level are no further levels.
     """
     count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
+    window = np.ones(2 * _LEVEL_REACH + 1)
     found = []
     for _ in range(_LEVELS):
-        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
+        near = np.convolve(count, window, mode='same')
         level = int(near.argmax())
         found.append((level, float(near[level])))
-        count[level - _downhill(near[level::-1]) : level + _downhill(near[level:]) + 1] = 0.0
+        smooth = gaussian_filter1d(count, _LEVEL_REACH)  # stretched contrast leaves gaps
+        low = level - max(_LEVEL_REACH, _downhill(smooth[level::-1]))
+        high = level + max(_LEVEL_REACH, _downhill(smooth[level:]))
+        count[max(0, low) : high + 1] = 0.0
     return found
 
 

@@ -70,7 +70,7 @@ _CAUSES = {
         'uncertain: the network has low confidence in their floor or walls',
         'use a drawing without furniture, stairs and arrows',
     ),
-    'runner_up': ('segmented differently by the coarse pass', 'compare them with the drawing'),
+    'coarse_pass': ('segmented differently by the coarse pass', 'compare them with the drawing'),
 }
 
 
@@ -219,7 +219,7 @@ def doubts_of(found: PlanHypothesis, config: SegmentationConfig) -> Doubts:
     """Return the parser warnings of a building."""
     rooms = found.segmentation
     if not rooms.rooms:
-        why = f'No room was found: {rooms.reason or "summary is enclosed"}.'
+        why = f'No room was found: {rooms.reason or "nothing is enclosed"}.'
         return Doubts(1.0, (why,), is_other=found.known_factor is None)
     absurd = findings(rooms)
     if found.seen is None:
@@ -326,7 +326,7 @@ def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Ite
             strength = {
                 'open': figures['open'],
                 'unsure': 2.0 - figures['floor'] - figures['walled'],
-                'runner_up': 1.0 - figures['other'],
+                'coarse_pass': 1.0 - figures['other'],
             }
             cause = max(strength, key=lambda name: strength[name])
             yield Doubtful(cause, _box(found, found.segmentation.rooms[number].polygon))

@@ -62,7 +62,10 @@ def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -
             f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
             'or the paper was taken for a room.',
         ),
-        (not has_doors, 'No door was found: they were taken for walls; draw them as gaps.'),
+        (
+            not has_doors,
+            'No door was found: perhaps they were taken for walls; draw them as gaps.',
+        ),
         (
             has_doors and not is_doored,
             f'{100.0 * (1.0 - doored):.0f} % of the rooms have no door: arcs or '

@@ -45,7 +45,7 @@ _GROWTH = (  # numerical: digits
     Column('rooms found', lambda row: f'{row["rooms"]:,}'),
     Column('seen [m²]', lambda row: f'{row["explored_m2"]:,.0f}'),
     Column('floorplan, once', lambda row: row['plan'][1], Units.SECONDS.to(2)),
-    Column('searching tick', lambda row: row['tick'][1], Units.SECONDS.to(2)),
+    Column('searching tick', lambda row: row['update'][1], Units.SECONDS.to(2)),
     Column('memory at its peak', 'peak_bytes', _GIGABYTES),
 )
 _WHEELS = (
@@ -118,7 +118,7 @@ def growth(report: Row) -> Figures:
 def _growth_scores(storey: Row) -> Sequence[Score]:
     update, memory = f'searching tick on {AIM_M2:,} m², by the clock', 'memory at its peak'
     return (
-        Score(update, storey['tick'][0], Units.SECONDS.to(2), AIM_TICK_S),
+        Score(update, storey['update'][0], Units.SECONDS.to(2), AIM_TICK_S),
         Score(memory, storey['peak_bytes'], _GIGABYTES, AIM_PEAK_BYTES),
     )
 

@@ -128,7 +128,7 @@ def scorer_figures() -> list[Figure]:
 
     return [
         median_of(f'evidence of {len(found.estimates)} placements', 0.015, [evidence], 20),
-        median_of('network of the judge', None, [network], 20),
+        median_of('network of the placement scorer', None, [network], 20),
     ]
 
 
@@ -198,7 +198,7 @@ def _grid_graph(nodes: int, frame: Literal['plan', 'submap'], turn_rad: float) -
 PARTS: dict[str, Callable[[], list[Figure]]] = {
     'plans': lambda: [large_figure('sketch'), large_figure('clean')],
     'matcher': match_figures,
-    'judge': scorer_figures,
+    'scorer': scorer_figures,
     'shell': shell_figures,
 }
 """Parts that need neither data nor a recording."""
