@@ -5,7 +5,7 @@ Freed memory that the process keeps for the arrays of the next update.
 
 The C library returns large arrays to the system as soon as they are freed, and an update frees
 some hundred rasters. The next update then gets cleared and newly mapped pages, which took up to a
-quarter of its time (docs/benchmarks.md). A library must not change this for the programs that use
+quarter of its time (notes/benchmarks.md). A library must not change this for the programs that use
 it: programs ask for it at their start.
 """
 

@@ -39,8 +39,11 @@ _ROOM_NAME = {'size': 11, 'color': '#303030'}
 _DOOR_NAME = {'size': 9, 'color': '#8a1010'}
 _ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
 _SHOWN_POSES = 3000  # numerical: of a line
-_STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'align')
-_STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
+_STAGE_COLOURS = {
+    'take': '#bbbbbb', 'segment': '#4e79a7', 'graph': '#a0cbe8', 'evidence': '#76b7b2',
+    'match': '#f28e2b', 'propose': '#b07aa1', 'align': '#59a14f', 'score': '#edc948',
+    'wide_scales': '#9c755f', 'mirror': '#e15759', 'storeys': '#ff9da7',
+}  # fmt: skip
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
 _LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = (
     0.98,
@@ -258,12 +261,14 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
 def _add_timings(
     figure: go.Figure, record: RunRecord, times: NDArray[np.float64], row: int
 ) -> None:
-    for stage, colour in zip(_STAGES, _STAGE_COLOURS, strict=True):
+    for stage, colour in _STAGE_COLOURS.items():
         durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
         marker = {'color': colour, 'line': {'width': 0}}
         figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
     figure.update_yaxes(title_text='update [ms]', row=row, col=1)
-    totals = [sum(output.timings_ms.get(s, 0.0) for s in _STAGES) for output in record.outputs]
+    totals = [
+        sum(output.timings_ms.get(s, 0.0) for s in _STAGE_COLOURS) for output in record.outputs
+    ]
     if not totals:
         return
     most, shown = max(totals), _ROOM_ABOVE * float(np.quantile(totals, _LONG_TICK))

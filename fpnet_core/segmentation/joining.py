@@ -19,7 +19,7 @@ from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import cells_of
 
 Array = NDArray[np.float64]
-PlacementScorer = Callable[[Array], Array]
+JoinModel = Callable[[Array], Array]
 """Returns the probability (L,) that lines of figures (L, D) divide nothing."""
 
 _ROOMS = ('area', 'peak', 'frontier', 'fill', 'long', 'wide', 'lines')
@@ -83,9 +83,7 @@ class DividingLines:
     figures: Array
 
 
-def join_pieces(
-    pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
-) -> NDArray[np.int64]:
+def join_pieces(pieces: Pieces, lines: DividingLines, is_one: JoinModel) -> NDArray[np.int64]:
     """
     Return, for each piece (P,), the piece that it merged into, mostly itself.
 
@@ -99,7 +97,7 @@ def join_pieces(
 
 
 def joining_stages(
-    pieces: Pieces, lines: DividingLines, is_one: PlacementScorer
+    pieces: Pieces, lines: DividingLines, is_one: JoinModel
 ) -> Iterator[NDArray[np.int64]]:
     """Yield the targets of :func:`join_pieces` after each round of merges."""
     target = np.arange(len(pieces.peak))

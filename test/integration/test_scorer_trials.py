@@ -27,9 +27,9 @@ def test_generated_maps_meet_their_own_plan_and_others():
     trials = [trial for index in range(3) for trial in source.trials(index)]
     own = [trial for trial in trials if trial.is_own]
     foreign = [trial for trial in trials if not trial.is_own]
-    assert len(own) == 6  # what the graph led to, and what the rasters led to as well
-    assert len(foreign) >= 4
-    assert sum(trial.right.any() for trial in own) >= 4
+    assert len(own) == 3
+    assert len(foreign) >= 2
+    assert sum(trial.right.any() for trial in own) >= 2
     assert not any(trial.right.any() for trial in foreign)
     again = list(TrialSource('generated', 77, None, FpnetConfig(), matcher()).trials(0))
     np.testing.assert_array_equal(again[0].evidence.figures, trials[0].evidence.figures)
@@ -43,9 +43,9 @@ def test_real_maps_meet_their_own_plan_and_others(kind):
     trials = [trial for index in range(3) for trial in source.trials(index)]
     own = [trial for trial in trials if trial.is_own]
     assert (len(own) == 0) == (kind == 'foreign')
-    assert len(trials) - len(own) >= 9
+    assert len(trials) - len(own) >= 6
     if own:
-        assert sum(trial.right.any() for trial in own) >= 2
+        assert any(trial.right.any() for trial in own)
         assert all(np.isfinite(trial.evidence.figures).all() for trial in trials)
 
 
@@ -67,7 +67,7 @@ def test_the_benchmark_measures_what_is_packaged_and_draws_it(tmp_path):
         main([*arguments, '--json', str(out), '--plot', str(plot)])
     assert ended.value.code == 0
     report = json.loads(out.read_text(encoding='utf-8'))
-    assert report['own_trials'] == 8
+    assert report['own_trials'] == 4
     assert report['wrong_claims'] == report['foreign_claims'] == 0
     assert report['right_best'] > 0.5
     assert report['kinds']['maps']['ece'] == report['ece'] < 0.3

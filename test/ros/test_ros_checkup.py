@@ -128,7 +128,7 @@ def test_each_fault_is_logged_once_and_stands_while_it_lasts(node, monkeypatch):
         Problem.TOPIC,
         Problem.TOPIC,
     ]
-    assert 'there is /lidar' in found[3].evidence
+    assert 'available: /lidar' in found[3].evidence
     assert len(node.lines) == 5
     assert all('; next: ' in line for line in node.lines)
     monkeypatch.setattr(checkup, '_TF_MEMORY_S', -1.0)

@@ -91,7 +91,7 @@ def test_every_fault_of_a_robot_is_found_at_once(bench, tmp_path):
         ('stamps from another clock', '/tf'),
         ('sensor at the wrong height', 'lidar'),
     }
-    assert 'but test_bench asks for transient local' in findings[0]['evidence']
+    assert 'but test_bench requests transient local' in findings[0]['evidence']
     assert robot
     assert grids
 

@@ -108,7 +108,7 @@ def test_front_and_rear_scanners_make_one_odometry_of_the_base(bench):
     )
     robot = _Robot(bench)
     assert bench.wait_for(robot.is_heard, 120.0), node.log_tail()
-    unknown = "_laser' on 'base_link' is unknown: no transform"
+    unknown = "_laser' in 'base_link' is unknown: no transform"
     for index in range(WAITING):
         robot.send(index)
     assert not bench.wait_for(lambda: unknown in node.log_tail(), 1.0)

@@ -220,7 +220,7 @@ def test_parameters_change_where_that_is_safe_and_are_refused_with_a_reason(robo
     assert f'ros2 lifecycle set {NODE} deactivate' in refused.reason
     assert not robot.set('transform_tolerance', -1.0).successful
     assert robot.set('localizer.update_period_s', 0.5).successful
-    misspelt = robot.set('localizer.claim_probabilty', 0.9)
+    misspelt = robot.set('localizer.accept_probabilty', 0.9)
     assert not misspelt.successful
     assert 'did you mean localizer.accept_probability?' in misspelt.reason
 

@@ -309,7 +309,7 @@ def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, rea
     assert running.says('no scan with a pose arrives any more') == told + 1, running.tail()
     if sent.get('frame_id') == 'camera':
         assert running.says("the pose of 'camera' in 'lidar' is unknown") == 2, running.tail()
-        assert running.says('joins them; the scan was dropped') == 1, running.tail()
+        assert running.says('connects them; the scan was dropped') == 1, running.tail()
 
 
 def test_a_clock_that_goes_back_is_waiting_within_a_second(running):
