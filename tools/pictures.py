@@ -21,7 +21,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'notes' / 'images.md'
 IMAGES = ROOT / 'docs' / 'images'
-COLOURS = 128  # chosen: of a PNG; a page of pictures loads on a phone
+COLOURS = 256  # given: the most of a palette; a page of pictures loads on a phone
 
 
 def recipes() -> dict[str, str]:
