@@ -13,6 +13,7 @@ import argparse
 import os
 from pathlib import Path
 import re
+import shutil
 import subprocess
 import sys
 
@@ -61,6 +62,7 @@ def main() -> None:
     names = parser.parse_args().names or list(known)
     if unknown := [name for name in names if name not in known]:
         parser.error(f'{PAGE.relative_to(ROOT)} has no {", ".join(unknown)}')
+    shutil.rmtree(ROOT / 'out' / 'pictures', ignore_errors=True)  # recordings are not overwritten
     done: set[str] = set()
     for name in names:
         commands = known[name]
