@@ -100,8 +100,8 @@ class GlobalLocalizer:
         Match, propose, align and score; return all relevant placements, most probable first.
 
         Region graph and rasters both propose, so that a good placement does not hide a competing
-        one. If the search has a wide scale prior, both also propose at those
-        scales. ``timer`` receives the durations of the stages.
+        one. If the search has a wide scale prior, both propose at its scales, too. ``timer``
+        receives the durations of the stages.
         """
         with timer.stage('match'):
             match = self.matcher.match(query.plan.graph, query.sub.graph, query.area_m2)
@@ -128,10 +128,10 @@ class GlobalLocalizer:
         with timer.stage('wide_scales'):
             known = query.tracked.joined(found.estimates)
             placed = wide.aligned(known.joined(self._proposed(wide, match)))
-            doubt = self._scored(wide, placed, match, StageTimer())
-            scale = doubt.placements.scale
+            wider = self._scored(wide, placed, match, StageTimer())
+            scale = wider.placements.scale
             is_beyond = wide.search.is_within(scale) & ~search.is_within(scale)
-            beyond = doubt.of(np.flatnonzero(is_beyond))
+            beyond = wider.of(np.flatnonzero(is_beyond))
             # Placements stopped at the scale bounds are replaced by those of the wide prior.
             stated = found.posterior.of(np.flatnonzero(search.is_within(found.estimates.scale)))
             both = self.scorer.with_wide_prior(stated, beyond, search.log_odds)
@@ -141,7 +141,7 @@ class GlobalLocalizer:
             return Candidates(match, self.scorer.reduced(both, distinct))
 
     def follow(self, query: MatchQuery, match: MatchResult, timer: StageTimer) -> Candidates:
-        """Verify and score the tracked placements on new evidence, without a search."""
+        """Align and score the tracked placements on new evidence, without a search."""
         with timer.stage('align'):
             found = query.aligned(query.tracked)
         return Candidates(match, self._scored(query, found, match, timer))

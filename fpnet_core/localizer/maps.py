@@ -330,7 +330,7 @@ def _reason(
     config: FpnetConfig,
     storeys: _Storeys,
 ) -> str:
-    look = Circumstances(
+    facts = Circumstances(
         pair.sub.evidence.wall_length_m,
         config.localizer.match_probability,
         pair.sub.evidence.corners,
@@ -340,7 +340,7 @@ def _reason(
         runner_up_storey=storeys.runner_up,
         unseen_m=pair.plan.evidence.unseen_wall_m(pair.area_m2),
     )
-    return reason_of(posterior, look)
+    return reason_of(posterior, facts)
 
 
 def _status(posterior: Posterior, config: FpnetConfig) -> MapMatchStatus:

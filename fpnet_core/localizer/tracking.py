@@ -181,7 +181,7 @@ class HypothesisTracker:
             posterior = self.scorer.against_mirror(posterior, track.mirrored, _MIRROR_LOG_ODDS)
         track = replace(track, probability=posterior.best)
         is_mirrored = len(posterior.placements) > 0 and track.mirror_wins >= _MIRROR_WINS
-        look = Circumstances(
+        facts = Circumstances(
             context.sub.wall_length_m,
             self.config.accept_probability,
             compared_at(context.sub, context.robot_xy),
@@ -194,11 +194,11 @@ class HypothesisTracker:
         )
         is_beaten = posterior.best + posterior.elsewhere < posterior.none + posterior.foreign
         if not posterior.placements or is_mirrored or is_beaten:
-            return _nothing_found(track, posterior, look)
-        track = self._win_counted(track, posterior, context, look.at)
+            return _nothing_found(track, posterior, facts)
+        track = self._win_counted(track, posterior, context, facts.at)
         has_seen_all = mirrored is not None and not context.unsearched
         track = self._with_acceptance(track, posterior.best, has_seen_all)
-        return track, self._localization_state(track, posterior, context, look)
+        return track, self._localization_state(track, posterior, context, facts)
 
     def _with_acceptance(
         self, track: TrackState, probability: float, has_seen_all: bool
@@ -214,10 +214,10 @@ class HypothesisTracker:
         return replace(track, is_accepted=is_accepted, was_localized=was_localized)
 
     def _localization_state(
-        self, track: TrackState, posterior: Posterior, context: UpdateContext, look: Circumstances
+        self, track: TrackState, posterior: Posterior, context: UpdateContext, facts: Circumstances
     ) -> LocalizationState:
-        look = replace(
-            look,
+        facts = replace(
+            facts,
             is_accepted=track.is_accepted,
             sure_looks=track.sure_wins,
             missing_looks=max(self.config.confirm_updates - track.sure_wins, 0),
@@ -227,7 +227,7 @@ class HypothesisTracker:
             Status.LOCALIZED if track.is_accepted else Status.AMBIGUOUS,
             posterior.placements[0],
             posterior.best,
-            reason_of(posterior, look),
+            reason_of(posterior, facts),
             scored=posterior.placements,
             deformation_m=float(posterior.evidence.of('bend_m')[0]),
             residual_m=float(posterior.evidence.of('residual_75')[0]),
@@ -278,12 +278,12 @@ class HypothesisTracker:
 
 
 def _nothing_found(
-    track: TrackState, posterior: Posterior, look: Circumstances
+    track: TrackState, posterior: Posterior, facts: Circumstances
 ) -> tuple[TrackState, LocalizationState]:
     track = replace(track, is_accepted=False, leader=None, wins=0, sure_wins=0)
     status = Status.LOST if track.was_localized else Status.SEARCHING
-    why = reason_of(posterior, look)
+    why = reason_of(posterior, facts)
     estimate = LocalizationState(
-        status, None, posterior.best, why, look.is_mirrored, posterior.placements
+        status, None, posterior.best, why, facts.is_mirrored, posterior.placements
     )
     return track, estimate

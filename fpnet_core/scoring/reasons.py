@@ -98,23 +98,23 @@ class Circumstances:
     unseen_m: float = math.inf
 
 
-def reason_of(posterior: Posterior, look: Circumstances) -> str:
+def reason_of(posterior: Posterior, facts: Circumstances) -> str:
     """Return the deciding facts as one sentence, never empty."""
-    if look.is_mirrored:
+    if facts.is_mirrored:
         return MIRRORED
-    if look.is_accepted and len(posterior.placements):
-        on = f'storey {look.storey}: ' if look.storey else ''
+    if facts.is_accepted and len(posterior.placements):
+        on = f'storey {facts.storey}: ' if facts.storey else ''
         return on + '; '.join(
             [
-                _explained(posterior, look),
-                _runner_up(posterior, look),
-                *_other_storey(look),
-                *_scaled(posterior, look),
+                _explained(posterior, facts),
+                _runner_up(posterior, facts),
+                *_other_storey(facts),
+                *_scaled(posterior, facts),
             ]
         )
-    if len(posterior.placements) and posterior.best >= look.accept_probability:
-        return _unconfirmed(look)
-    return _undecided(posterior, look)
+    if len(posterior.placements) and posterior.best >= facts.accept_probability:
+        return _unconfirmed(facts)
+    return _undecided(posterior, facts)
 
 
 def waiting(seen_m2: float, needed_m2: float) -> str:
@@ -127,10 +127,10 @@ def anew(why: str) -> str:
     return f'new submap: {why}'
 
 
-def _undecided(posterior: Posterior, look: Circumstances) -> str:
+def _undecided(posterior: Posterior, facts: Circumstances) -> str:
     """Name the alternative that holds the probability missing from the best placement."""
-    is_little = look.walls_m < FEW_WALLS_M
-    little = f'only {metres(look.walls_m)} of wall observed so far'
+    is_little = facts.walls_m < FEW_WALLS_M
+    little = f'only {metres(facts.walls_m)} of wall observed so far'
     if not len(posterior.placements):
         return little if is_little else 'the observations fit nowhere on the floorplan'
     placed = float(posterior.placements.probability.sum())
@@ -145,17 +145,19 @@ def _undecided(posterior: Posterior, look: Circumstances) -> str:
     if by == 'foreign' and placed >= posterior.foreign and _is_alike(posterior):
         by = 'runner_up'  # they share the probability that one place has against another building
     if by == 'storeys' and not is_little:
-        return _between_storeys(posterior, look)
+        return _between_storeys(posterior, facts)
     if by == 'runner_up':
-        first = little if is_little else _explained(posterior, look)
-        parting = [] if is_little else _deciding_wall(posterior, look)
-        return '; '.join([first, _runner_up(posterior, look), *parting, *_scaled(posterior, look)])
+        first = little if is_little else _explained(posterior, facts)
+        parting = [] if is_little else _deciding_wall(posterior, facts)
+        return '; '.join(
+            [first, _runner_up(posterior, facts), *parting, *_scaled(posterior, facts)]
+        )
     if is_little:
         return little
-    if by in _TOO_LITTLE and _explains_well(posterior, look):
-        explained = f'{percent(_shares(posterior)[0])} of {metres(look.walls_m)} of observed wall'
+    if by in _TOO_LITTLE and _explains_well(posterior, facts):
+        explained = f'{percent(_shares(posterior)[0])} of {metres(facts.walls_m)} of observed wall'
         return f'explains {explained}{_deformation(posterior)}: {_TOO_LITTLE[by]}'
-    return f'{_explains(posterior, look)}: {_alternative(by, posterior, look)}'
+    return f'{_explains(posterior, facts)}: {_alternative(by, posterior, facts)}'
 
 
 def _is_alike(posterior: Posterior) -> bool:
@@ -166,33 +168,33 @@ def _is_alike(posterior: Posterior) -> bool:
     return bool(other >= best - AS_WELL)
 
 
-def _between_storeys(posterior: Posterior, look: Circumstances) -> str:
+def _between_storeys(posterior: Posterior, facts: Circumstances) -> str:
     """State that other storeys fit as well, and whether the place on them is known."""
     is_place_sure = posterior.best + posterior.elsewhere >= _PLACE_SURE
     sure = 'place known, storey ambiguous: ' if is_place_sure else ''
-    here = f'{_explained(posterior, look)} on storey {look.storey}'
-    return '; '.join([f'{sure}{here}', *_other_storey(look)])
+    here = f'{_explained(posterior, facts)} on storey {facts.storey}'
+    return '; '.join([f'{sure}{here}', *_other_storey(facts)])
 
 
-def _other_storey(look: Circumstances) -> list[str]:
+def _other_storey(facts: Circumstances) -> list[str]:
     """Return how much the strongest other storey explains; empty without one."""
-    if look.runner_up_storey is None:
+    if facts.runner_up_storey is None:
         return []
-    name, share, probability = look.runner_up_storey
+    name, share, probability = facts.runner_up_storey
     return [f'storey {name} explains {percent(share)} (p {probability:.2f})']
 
 
-def _explains_well(posterior: Posterior, look: Circumstances) -> bool:
+def _explains_well(posterior: Posterior, facts: Circumstances) -> bool:
     """Return whether the only weakness of the best placement is the short observed wall."""
     is_there = float(posterior.evidence.of('denied')[0]) < _MISSING
     return bool(
-        _shares(posterior)[0] >= EXPLAINED_WELL and is_there and not _scale(posterior, look)
+        _shares(posterior)[0] >= EXPLAINED_WELL and is_there and not _scale(posterior, facts)
     )
 
 
-def _alternative(by: str, posterior: Posterior, look: Circumstances) -> str:
+def _alternative(by: str, posterior: Posterior, facts: Circumstances) -> str:
     """Return the alternative explanation; ``by`` names the one with most probability."""
-    is_at_edge = bool(_scale(posterior, look))
+    is_at_edge = bool(_scale(posterior, facts))
     if by == 'mirror':
         how = 'better' if posterior.mirror > posterior.best else 'equally well'
         return f"the floorplan's mirror image fits {how}"
@@ -206,28 +208,28 @@ def _alternative(by: str, posterior: Posterior, look: Circumstances) -> str:
     return f'possibly another scale, or {elsewhere}' if is_at_edge else elsewhere
 
 
-def _unconfirmed(look: Circumstances) -> str:
+def _unconfirmed(facts: Circumstances) -> str:
     """Return the checks that a sufficiently probable placement still lacks."""
-    if look.unsearched and not look.missing_looks:
-        storeys = 'storey' if look.unsearched == 1 else 'storeys'
-        return f'probability sufficient; {look.unsearched} other {storeys} still to be searched'
-    if not look.missing_looks:
+    if facts.unsearched and not facts.missing_looks:
+        storeys = 'storey' if facts.unsearched == 1 else 'storeys'
+        return f'probability sufficient; {facts.unsearched} other {storeys} still to be searched'
+    if not facts.missing_looks:
         return "probability sufficient; the floorplan's mirror image still to be checked"
-    times = _TIMES.get(look.sure_looks, f'{look.sure_looks} times')
-    looks = 'update' if look.missing_looks == 1 else 'updates'
-    news = ' with new observations' if look.needs_news else ''
-    return f'confirmed {times}, needs {look.missing_looks} more {looks}{news}'
+    times = _TIMES.get(facts.sure_looks, f'{facts.sure_looks} times')
+    looks = 'update' if facts.missing_looks == 1 else 'updates'
+    news = ' with new observations' if facts.needs_news else ''
+    return f'confirmed {times}, needs {facts.missing_looks} more {looks}{news}'
 
 
-def _explained(posterior: Posterior, look: Circumstances) -> str:
+def _explained(posterior: Posterior, facts: Circumstances) -> str:
     return (
-        f'explains {percent(_shares(posterior)[0])} of {metres(look.walls_m)} of observed wall'
+        f'explains {percent(_shares(posterior)[0])} of {metres(facts.walls_m)} of observed wall'
         f'{_deformation(posterior)}'
     )
 
 
-def _explains(posterior: Posterior, look: Circumstances) -> str:
-    scale = _scale(posterior, look)
+def _explains(posterior: Posterior, facts: Circumstances) -> str:
+    scale = _scale(posterior, facts)
     missing = float(posterior.evidence.of('denied')[0])
     parts = [
         f'explains {percent(_shares(posterior)[0])} of the observed walls{_deformation(posterior)}'
@@ -239,22 +241,22 @@ def _explains(posterior: Posterior, look: Circumstances) -> str:
     return ', '.join(parts)
 
 
-def _runner_up(posterior: Posterior, look: Circumstances) -> str:
+def _runner_up(posterior: Posterior, facts: Circumstances) -> str:
     """Return where the runner-up is and how much it explains."""
     if len(posterior.placements) < 2:
         return 'no runner-up'
     best, other = _shares(posterior)[:2]
-    said = f'runner-up {_where(posterior, look)}: {percent(other)}'
+    said = f'runner-up {_where(posterior, facts)}: {percent(other)}'
     missing = posterior.evidence.of('denied')
     if round(100 * other) >= round(100 * best) and missing[1] - missing[0] >= _MISSING:
         said += f', but {percent(float(missing[1]))} of the plan walls there are missing'
     return said
 
 
-def _where(posterior: Posterior, look: Circumstances) -> str:
+def _where(posterior: Posterior, facts: Circumstances) -> str:
     """Return where the runner-up lies relative to the best placement."""
     placed = posterior.placements.take(slice(2))
-    middle = placed.apply(look.at.mean(axis=0, keepdims=True))[:, 0]
+    middle = placed.apply(facts.at.mean(axis=0, keepdims=True))[:, 0]
     x, y = middle[1] - middle[0]
     heading = placed.heading
     turn = abs(math.remainder(heading[1] - heading[0], math.tau))
@@ -267,24 +269,24 @@ def _where(posterior: Posterior, look: Circumstances) -> str:
     return ', '.join(parts) or 'at nearly the same place'
 
 
-def _deciding_wall(posterior: Posterior, look: Circumstances) -> list[str]:
+def _deciding_wall(posterior: Posterior, facts: Circumstances) -> list[str]:
     """
     Return how much more wall would separate the best placement from the runner-up, if known.
 
     Log odds grow in proportion to the contested wall length, so the gain so far is extrapolated.
     The result is empty if the plan has less unobserved wall than that.
     """
-    contested_m = _contested_m(posterior, look.walls_m)
+    contested_m = _contested_m(posterior, facts.walls_m)
     best, other = posterior.placements.probability[:2]
     supports = posterior.evidence.of('support')
     if contested_m < NOISE_M or not best > other > 0.0 or supports[0] <= supports[1]:
         return []
-    needed = math.log(look.accept_probability / (1.0 - look.accept_probability))
+    needed = math.log(facts.accept_probability / (1.0 - facts.accept_probability))
     more = needed / math.log(best / other) - 1.0
     if not 0.0 < more <= _FARTHEST:
         return []
     more_m = max(more * contested_m, 1.0)
-    if more_m > look.unseen_m:
+    if more_m > facts.unseen_m:
         return []
     return [f'{metres(more_m)} more wall where they differ would decide']
 
@@ -305,14 +307,14 @@ def _contested_m(posterior: Posterior, walls_m: float) -> float:
     return 0.0
 
 
-def _scaled(posterior: Posterior, look: Circumstances) -> list[str]:
-    scale = _scale(posterior, look)
+def _scaled(posterior: Posterior, facts: Circumstances) -> list[str]:
+    scale = _scale(posterior, facts)
     return [f'best fit at {scale}'] if scale else []
 
 
-def _scale(posterior: Posterior, look: Circumstances) -> str:
+def _scale(posterior: Posterior, facts: Circumstances) -> str:
     """Return the best placement's scale if it is at a limit of the search, else empty."""
-    (low, high), scale = look.scales, float(posterior.placements.scale[0])
+    (low, high), scale = facts.scales, float(posterior.placements.scale[0])
     edge = 1.0 + AT_EDGE
     if not 0.0 < low * edge**2 < high < math.inf or low * edge < scale < high / edge:
         return ''
