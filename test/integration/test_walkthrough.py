@@ -32,6 +32,14 @@ def test_outputs_are_compared_by_words_and_figures(printed, is_kept):
     assert (walkthrough.missing((PROMISE,), ['first', printed]) == []) is is_kept
 
 
+@pytest.mark.parametrize(
+    ('first', 'second', 'is_near'),
+    [('0.001410', '0.000600', True), ('0.110708', '0.130000', True), ('0.110708', '0.140000', False)],
+)
+def test_a_few_millimetres_make_no_difference(first, second, is_near):
+    assert walkthrough.near(first, second) is is_near
+
+
 def test_a_line_that_the_page_does_not_have_is_noticed():
     step = walkthrough.Step('fpnet localize drive', (PROMISE,))
     more = 'the drawing is out of date here'
