@@ -1,9 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Neural networks for region matching.
+Neural networks for region matching, each in one file: ``joint_attention`` and ``paper``.
 
-``joint_attention`` is written once for arrays and tensors: inference on robots uses arrays,
-training uses tensors. ``config``, ``batch``, ``arrays``, ``joint_attention`` and ``inference`` do
-not import torch; the others do.
+They are written once for arrays and tensors: inference uses arrays, training uses tensors.
 """

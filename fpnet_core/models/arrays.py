@@ -4,8 +4,8 @@
 Array operations that differ between NumPy and PyTorch, and their NumPy implementation.
 
 Importing PyTorch takes longer than matching two maps, and for graphs of a few hundred nodes its
-calls cost more than NumPy's. Networks that run on robots are therefore written for a
-:class:`Library`; training uses another one (:mod:`fpnet_core.models.tensors`).
+calls cost more than NumPy's. The networks are therefore written for a :class:`Library`; training
+uses another one (``fpnet_lab.training.networks.tensors``).
 """
 
 from __future__ import annotations
@@ -61,6 +61,7 @@ class Library:
     gelu: Callable[[Array], Array]
     attention: Callable[[Array, Array, Array, JointBias], Array]
     log_softmax: Callable[[Array, int], Array]
+    log_sum_exp: Callable[[Array, int], Array]
     log_sigmoid: Callable[[Array], Array]
     identity_like: Callable[[Array], Array]
 
@@ -121,6 +122,11 @@ def _log_softmax(x: Floats, axis: int) -> Floats:
     return np.asarray(lowered - np.log(np.exp(lowered).sum(axis=axis, keepdims=True)))
 
 
+def _log_sum_exp(x: Floats, axis: int) -> Floats:
+    top = x.max(axis=axis, keepdims=True)
+    return np.asarray(np.log(np.exp(x - top).sum(axis=axis)) + top.squeeze(axis))
+
+
 def _log_sigmoid(x: Floats) -> Floats:
     return np.asarray(-np.logaddexp(np.zeros((), dtype=x.dtype), -x))
 
@@ -130,7 +136,7 @@ def _identity_like(square: Floats) -> Floats:
 
 
 NUMPY = Library(
-    np, product, _linear, _mixed, _layer_norm, gelu, _attention, _log_softmax, _log_sigmoid,
-    _identity_like,
+    np, product, _linear, _mixed, _layer_norm, gelu, _attention, _log_softmax, _log_sum_exp,
+    _log_sigmoid, _identity_like,
 )  # fmt: skip
 """NumPy arrays."""

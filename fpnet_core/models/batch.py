@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +28,6 @@ class GraphBatch:
     node_feat: Array
     adjacency: Array
     mask: Array
-
-    def to(self, device: Any) -> GraphBatch:
-        """Return the graphs, as tensors, on a torch device."""
-        return GraphBatch(
-            self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
-        )
 
 
 @dataclass(frozen=True, eq=False)

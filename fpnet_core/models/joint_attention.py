@@ -11,7 +11,7 @@ positions are not used. Every layer predicts its own assignment and is trained o
 softmax with a matchability per node replaces dustbins and the forty sweeps of Sinkhorn's
 iteration.
 
-Inference uses arrays, training tensors (:mod:`fpnet_core.models.invariant`).
+Inference uses arrays, training tensors (``fpnet_lab.training.networks``).
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fpnet_core.graphs.invariant import AXIS, INVARIANT_LAYOUT, POSITION_UNITS
-from fpnet_core.graphs.layout import POSITION
+from fpnet_core.graphs.invariant import AXIS, INVARIANT_LAYOUT, POSITION_UNITS, invariant_rows
+from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.models.arrays import MASKED, Array, JointBias, Library
 from fpnet_core.models.batch import GraphBatch, PreparedBatch
 from fpnet_core.models.config import InvariantConfig
+from fpnet_core.types import RegionGraph
 
 NODE_FEATURES = INVARIANT_LAYOUT.size - AXIS.stop
 """Given: columns of a node in its descriptor; position and axis only enter the relations."""
@@ -47,7 +50,7 @@ Graphs = GraphBatch | PreparedBatch
 @dataclass(frozen=True, eq=False)
 class JointAttention:
     """
-    The network on arrays of ``library``; ``parameters`` by name, see :func:`shapes`.
+    The network on arrays of ``library``; ``parameters`` by name, see :meth:`shapes`.
 
     Letters: ``B`` pairs of graphs, ``M`` and ``N`` nodes of plan and submap, ``R`` either.
     """
@@ -55,6 +58,13 @@ class JointAttention:
     config: InvariantConfig
     library: Library
     parameters: Mapping[str, Array]
+
+    layout: ClassVar[FeatureLayout] = INVARIANT_LAYOUT
+
+    @staticmethod
+    def rows(graph: RegionGraph) -> NDArray[np.float32]:
+        """Return the invariant rows of ``graph``."""
+        return invariant_rows(graph)
 
     def log_assignment(self, plan: Graphs, sub: Graphs) -> Array:
         """
@@ -139,6 +149,30 @@ class JointAttention:
         sides = (matchable[:, :size], matchable[:, size:], plan_mask, sub_mask)
         return double_softmax(self.library, scores, *sides)
 
+    @staticmethod
+    def shapes(config: InvariantConfig) -> dict[str, tuple[int, ...]]:
+        """Return the shape of every parameter."""
+        width, logits = config.width, config.layers * config.heads
+        found: dict[str, tuple[int, ...]] = {'across': (config.layers, config.heads)}
+        linear = {
+            'encoder.0': (2 * width, NODE_FEATURES),
+            'encoder.2': (width, 2 * width),
+            'relation_bias.hidden': (RELATION_WIDTH, RELATIONS),
+            'relation_bias.out': (logits, RELATION_WIDTH + RELATIONS),
+            'project': (width + 1, width),
+        }
+        normalised = ['normalise']
+        for layer in (f'layers.{index}' for index in range(config.layers)):
+            linear[f'{layer}.qkv'] = (3 * width, width)
+            linear[f'{layer}.update'] = (2 * width, 2 * width)
+            linear[f'{layer}.out'] = (width, 2 * width)
+            normalised.append(f'{layer}.normalise')
+        for name, shape in linear.items():
+            found |= {f'{name}.weight': shape, f'{name}.bias': shape[:1]}
+        for name in normalised:
+            found |= {f'{name}.weight': (width,), f'{name}.bias': (width,)}
+        return found
+
 
 def relations(library: Library, batch: GraphBatch, rows: slice = slice(None)) -> Array:
     """
@@ -210,27 +244,3 @@ def double_softmax(
     top = xp.concatenate([pairs, plan_dust[:, :, None]], axis=2)
     bottom = xp.concatenate([sub_dust, corner], axis=1)[:, None, :]
     return xp.concatenate([top, bottom], axis=1)
-
-
-def shapes(config: InvariantConfig) -> dict[str, tuple[int, ...]]:
-    """Return the shape of every parameter."""
-    width, logits = config.width, config.layers * config.heads
-    found: dict[str, tuple[int, ...]] = {'across': (config.layers, config.heads)}
-    linear = {
-        'encoder.0': (2 * width, NODE_FEATURES),
-        'encoder.2': (width, 2 * width),
-        'relation_bias.hidden': (RELATION_WIDTH, RELATIONS),
-        'relation_bias.out': (logits, RELATION_WIDTH + RELATIONS),
-        'project': (width + 1, width),
-    }
-    normalised = ['normalise']
-    for layer in (f'layers.{index}' for index in range(config.layers)):
-        linear[f'{layer}.qkv'] = (3 * width, width)
-        linear[f'{layer}.update'] = (2 * width, 2 * width)
-        linear[f'{layer}.out'] = (width, 2 * width)
-        normalised.append(f'{layer}.normalise')
-    for name, shape in linear.items():
-        found |= {f'{name}.weight': shape, f'{name}.bias': shape[:1]}
-    for name in normalised:
-        found |= {f'{name}.weight': (width,), f'{name}.bias': (width,)}
-    return found

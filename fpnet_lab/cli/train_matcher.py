@@ -103,7 +103,7 @@ def fit_and_calibrate(
 ) -> None:
     """Train in ``out``; for an invariant network also fit its evidence model."""
     from fpnet_core.models.config import InvariantConfig
-    from fpnet_core.models.loading import network_type
+    from fpnet_core.models.inference import network_type
     from fpnet_lab.training import (
         WEIGHTS_FILE,
         Hooks,

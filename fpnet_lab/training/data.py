@@ -16,11 +16,11 @@ from fpnet_core.geometry import rotation
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models.batch import GraphBatch, pad_graphs
-from fpnet_core.models.network import RegionNetwork
-from fpnet_core.models.tensors import tensors_of
+from fpnet_core.models.inference import RegionNetwork
 from fpnet_lab.sim.pairs.dataset import PairDataset
 from fpnet_lab.sim.pairs.pair import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig
+from fpnet_lab.training.networks.tensors import tensors_of, to_device
 
 # Smallest number of regions of a crop. Chosen.
 _SMALLEST_CROP = 3
@@ -59,7 +59,8 @@ class PairBatch:
 
     def to(self, device: torch.device) -> PairBatch:
         """Return the batch on ``device``."""
-        return PairBatch(self.plan.to(device), self.sub.to(device), self.labels.to(device))
+        plan, sub = (to_device(each, device) for each in (self.plan, self.sub))
+        return PairBatch(plan, sub, self.labels.to(device))
 
 
 def load_pairs(

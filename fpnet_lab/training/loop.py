@@ -28,14 +28,16 @@ from torch import Tensor, nn
 from fpnet_core.errors import ConfigError
 from fpnet_core.io.weights import Weights, write_weights
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.models.loading import load_tensors, make_network
-from fpnet_core.models.network import RegionNetwork
+from fpnet_core.models.config import PaperConfig
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.metrics import MatchCounts, count_matches
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.config import TrainingConfig
 from fpnet_lab.training.data import PairArrays, PairBatch, Share, collate, training_batches
 from fpnet_lab.training.losses import LossTerms, matching_loss, supervised_loss
+from fpnet_lab.training.networks.invariant import InvariantModule
+from fpnet_lab.training.networks.modules import RegionModule, load_tensors
+from fpnet_lab.training.networks.paper import PaperModule
 from fpnet_lab.training.optimizer import make_optimizer, rate_at
 
 logger = logging.getLogger(__name__)
@@ -69,11 +71,12 @@ class Hooks:
     on_epoch: Callable[[EpochRecord], None] = lambda record: None
 
 
-def seeded_network(config: TrainingConfig) -> RegionNetwork:
+def seeded_network(config: TrainingConfig) -> RegionModule:
     """Return a network initialized from the run's seed; torch's global state is unchanged."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
-        return make_network(config.network)
+        sizes = config.network
+        return PaperModule(sizes) if isinstance(sizes, PaperConfig) else InvariantModule(sizes)
 
 
 class Trainer:
@@ -158,7 +161,7 @@ class Trainer:
         stream = [config.seed, epoch]
         batches = training_batches(
             training,
-            self.bare_network.layout,
+            self.bare_network.network.layout,
             config.batch_size,
             config.augmentation,
             stream,

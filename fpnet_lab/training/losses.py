@@ -27,8 +27,9 @@ from torch import Tensor
 
 from fpnet_core.matches import UNMATCHED
 from fpnet_core.models.batch import GraphBatch
-from fpnet_core.models.edges import pair_distances
+from fpnet_core.models.paper import pair_distances
 from fpnet_lab.training.config import LossConfig
+from fpnet_lab.training.networks.tensors import TORCH
 
 LIKELIHOOD_FLOOR = 1e-6
 """Numerical: small value added to X before the logarithm (the paper's epsilon)."""
@@ -65,7 +66,7 @@ def matching_loss(
     if weights.topology:
         topology = topology_loss(assignment, labels, plan.adjacency)
     if weights.spatial:
-        spatial = spatial_loss(assignment, labels, pair_distances(plan))
+        spatial = spatial_loss(assignment, labels, pair_distances(TORCH, plan))
     total = weights.match * match + weights.topology * topology + weights.spatial * spatial
     return LossTerms(total, match, topology, spatial)
 

@@ -58,7 +58,7 @@ ROS_PACKAGES = (
     'visualization_msgs', 'diagnostic_msgs', 'builtin_interfaces', 'rosidl_runtime_py',
 )  # fmt: skip
 TORCH = ('torch', 'lightning_fabric')
-TORCH_HOMES = ('fpnet_core.models', 'fpnet_lab.training')
+TORCH_HOMES = ('fpnet_lab.training',)
 ROBOT = ('fpnet_core', 'msg_adapters', 'fpnet_ros')
 PACKAGES = (*ROBOT, 'fpnet', 'fpnet_lab')
 HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')

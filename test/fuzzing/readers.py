@@ -509,31 +509,27 @@ def _read_poses(path: Path) -> object:
 # --- weights, training
 
 
-def _network():
-    from fpnet_core.models.config import InvariantConfig
-    from fpnet_core.models.loading import make_network
-
-    config = InvariantConfig(width=8, heads=2, layers=1)
-    return make_network(config), json.loads(config.model_dump_json())
-
-
 def _write_weights(folder: Path) -> Path:
     from fpnet_core.io.weights import write_weights
+    from fpnet_core.models.config import InvariantConfig
+    from fpnet_core.models.joint_attention import JointAttention
     from fpnet_core.types import FEATURE_SCHEMA
 
-    network, facts = _network()
-    tensors = {key: value.numpy() for key, value in network.state_dict().items()}
+    config = InvariantConfig(width=8, heads=2, layers=1)
+    shapes = JointAttention.shapes(config)
+    tensors = {key: np.zeros(shape, np.float32) for key, shape in shapes.items()}
     path = folder / 'net.safetensors'
-    write_weights(path, tensors, FEATURE_SCHEMA, {'network': facts, 'training': {}})
+    facts = {'network': config.model_dump(mode='json'), 'training': {}}
+    write_weights(path, tensors, FEATURE_SCHEMA, facts)
     return path
 
 
 def _read_weights(path: Path) -> object:
     from fpnet_core.io.weights import read_weights
-    from fpnet_core.models.loading import load_network
+    from fpnet_core.models.inference import inference_of
     from fpnet_core.types import FEATURE_SCHEMA
 
-    return load_network(read_weights(path, FEATURE_SCHEMA))
+    return inference_of(read_weights(path, FEATURE_SCHEMA))
 
 
 def _read_weights_rehashed(path: Path) -> object:
@@ -551,7 +547,7 @@ def _write_training_state(folder: Path) -> Path:
 
     from fpnet_lab.training.checkpoint import save_state
 
-    network, _ = _network()
+    network = torch.nn.Linear(8, 2)
     save_state(folder / 'state.safetensors', network, torch.optim.Adam(network.parameters()), {})
     return folder / 'state.safetensors'
 
@@ -561,7 +557,7 @@ def _read_training_state(path: Path) -> object:
 
     from fpnet_lab.training.checkpoint import load_state
 
-    network, _ = _network()
+    network = torch.nn.Linear(8, 2)
     return load_state(path, network, torch.optim.Adam(network.parameters()))
 
 

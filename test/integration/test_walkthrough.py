@@ -34,7 +34,11 @@ def test_outputs_are_compared_by_words_and_figures(printed, is_kept):
 
 @pytest.mark.parametrize(
     ('first', 'second', 'is_near'),
-    [('0.001410', '0.000600', True), ('0.110708', '0.130000', True), ('0.110708', '0.140000', False)],
+    [
+        ('0.001410', '0.000600', True),
+        ('0.110708', '0.130000', True),
+        ('0.110708', '0.140000', False),
+    ],
 )
 def test_a_few_millimetres_make_no_difference(first, second, is_near):
     assert walkthrough.near(first, second) is is_near

@@ -18,8 +18,8 @@ from fpnet_core.graphs.invariant import invariant_rows
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import InvariantConfig
-from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.types import RegionGraph
+from fpnet_lab.training.networks.invariant import InvariantModule
 
 SIMILARITIES = st.builds(
     lambda scale, yaw, x, y: Similarity2D.from_scale_yaw(scale, yaw, [x, y]),
@@ -56,7 +56,7 @@ def random_network(seed):
     """Return a network none of whose layers is at its neutral start, in double precision."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = InvariantNetwork(InvariantConfig(width=16, heads=4, layers=2))
+        network = InvariantModule(InvariantConfig(width=16, heads=4, layers=2))
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter, std=0.3)
     return network.double().eval()

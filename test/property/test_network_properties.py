@@ -14,10 +14,9 @@ import torch
 from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models.batch import GraphBatch, pad_graphs
 from fpnet_core.models.config import EdgeMapping, PaperConfig
-from fpnet_core.models.edges import edge_weights
-from fpnet_core.models.paper import PaperNetwork
-from fpnet_core.models.sinkhorn import log_assignment
-from fpnet_core.models.tensors import tensors_of
+from fpnet_core.models.paper import edge_weights, sinkhorn
+from fpnet_lab.training.networks.paper import PaperModule
+from fpnet_lab.training.networks.tensors import TORCH, tensors_of
 
 SMALL = {'width': 8, 'heads': 2, 'blocks': 2, 'position_widths': (6,)}
 
@@ -26,7 +25,7 @@ def random_network(mapping=EdgeMapping.DISTANCE, seed=0, **sizes):
     """Return a network none of whose layers is at its neutral start."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = PaperNetwork(PaperConfig(edge_mapping=mapping, **(SMALL | sizes)))
+        network = PaperModule(PaperConfig(edge_mapping=mapping, **(SMALL | sizes)))
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter, std=0.4)
     return network.double().eval()
@@ -38,8 +37,8 @@ def doubled(batch):
 
 def graphs(seed):
     plan, sub, _ = toy_pair(np.random.default_rng(seed), rooms=7, seen=3)
-    return doubled(PaperNetwork(PaperConfig()).batch([plan])), doubled(
-        PaperNetwork(PaperConfig()).batch([sub])
+    return doubled(PaperModule(PaperConfig()).batch([plan])), doubled(
+        PaperModule(PaperConfig()).batch([sub])
     )
 
 
@@ -83,8 +82,8 @@ def test_padding_and_batch_neighbours_change_nothing(mapping, seed):
         together = network(together_plan, together_sub)
         for index, (plan, sub) in enumerate(pairs):
             alone = network(
-                doubled(PaperNetwork(PaperConfig()).batch([plan])),
-                doubled(PaperNetwork(PaperConfig()).batch([sub])),
+                doubled(PaperModule(PaperConfig()).batch([plan])),
+                doubled(PaperModule(PaperConfig()).batch([sub])),
             )[0]
             inside = together[index, : len(plan), : len(sub)]
             torch.testing.assert_close(inside, alone[:-1, :-1], rtol=1e-8, atol=1e-8)
@@ -106,7 +105,7 @@ def test_sinkhorn_marginals(rows, columns, padding, seed):
     plan_mask = torch.arange(shape[1])[None] < rows
     sub_mask = torch.arange(shape[2])[None] < columns
     dustbin = torch.tensor(0.7, dtype=torch.float64)
-    log_x = log_assignment(scores, dustbin, plan_mask, sub_mask, iterations=2000)
+    log_x = sinkhorn(TORCH, scores, dustbin, plan_mask, sub_mask, iterations=2000)
     x = log_x.exp()[0]
     assert x[:rows].sum(dim=1).numpy() == pytest.approx(np.ones(rows), abs=1e-5)
     assert x[:, :columns].sum(dim=0).numpy() == pytest.approx(np.ones(columns), abs=1e-9)
@@ -118,7 +117,7 @@ def test_sinkhorn_marginals(rows, columns, padding, seed):
 def test_paper_iterations_nearly_reach_the_marginals():
     scores = torch.randn((1, 20, 8), generator=torch.Generator().manual_seed(3))
     masks = (torch.ones((1, 20), dtype=torch.bool), torch.ones((1, 8), dtype=torch.bool))
-    x = log_assignment(scores, torch.ones(()), *masks, iterations=20).exp()[0]
+    x = sinkhorn(TORCH, scores, torch.ones(()), *masks, iterations=20).exp()[0]
     assert x[:20].sum(dim=1).numpy() == pytest.approx(np.ones(20), abs=1e-3)
     assert x[:, :8].sum(dim=0).numpy() == pytest.approx(np.ones(8), abs=1e-5)
 
@@ -131,8 +130,8 @@ def test_edge_functions_ignore_rotation_and_translation(mapping, yaw, seed):
     turn = torch.tensor([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     moved = plan.node_feat.clone()
     moved[..., POSITION] = moved[..., POSITION] @ turn.T + torch.tensor([0.7, -0.2])
-    one = edge_weights(mapping, plan)
-    other = edge_weights(mapping, replace(plan, node_feat=moved))
+    one = edge_weights(TORCH, mapping, plan)
+    other = edge_weights(TORCH, mapping, replace(plan, node_feat=moved))
     assert (one is None) == (mapping is EdgeMapping.NONE)
     if one is not None:
         torch.testing.assert_close(one, other, rtol=1e-6, atol=1e-6)

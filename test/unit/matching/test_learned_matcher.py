@@ -12,9 +12,9 @@ from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.models.config import PaperConfig
-from fpnet_core.models.loading import load_network
-from fpnet_core.models.paper import PaperNetwork
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
+from fpnet_lab.training.networks.modules import load_tensors
+from fpnet_lab.training.networks.paper import PaperModule
 
 NETWORK = PaperConfig(width=8, blocks=1, position_widths=(6,))
 EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), 'submap')
@@ -24,7 +24,7 @@ EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), '
 def checkpoint(tmp_path):
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        network = PaperNetwork(NETWORK)
+        network = PaperModule(NETWORK)
     tensors = {key: value.numpy() for key, value in network.state_dict().items()}
     path = tmp_path / 'small.safetensors'
     write_weights(path, tensors, FEATURE_SCHEMA, {'network': NETWORK.model_dump(mode='json')})
@@ -43,7 +43,8 @@ def test_matches_are_those_of_the_network(checkpoint):
     plan, sub, _ = toy_pair(np.random.default_rng(0))
     result = matcher.match(plan, sub, 300.0)
     with torch.inference_mode():
-        network = load_network(read_weights(checkpoint, FEATURE_SCHEMA))
+        network = PaperModule(NETWORK)
+        load_tensors(network, read_weights(checkpoint, FEATURE_SCHEMA))
         expected = network(network.batch([plan]), network.batch([sub]))[0, :-1, :-1].exp().numpy()
     assert result.probability == pytest.approx(expected, abs=1e-6)
     assert (expected.sum(axis=0) <= 1 + 1e-5).all()

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Robots run on arrays what training runs on tensors."""
 
+from pathlib import Path
+
 from graph_pairs import toy_pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -9,26 +11,37 @@ import numpy as np
 import pytest
 import torch
 
+from fpnet_core import weights as weights_package
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, read_weights
 from fpnet_core.models import arrays
 from fpnet_core.models.arrays import NUMPY, JointBias
 from fpnet_core.models.batch import pad_graphs
-from fpnet_core.models.config import InvariantConfig
-from fpnet_core.models.inference import inference_of
-from fpnet_core.models.invariant import InvariantNetwork
-from fpnet_core.models.joint_attention import JointAttention, shapes
-from fpnet_core.models.loading import load_network
-from fpnet_core.models.tensor_inference import OnTensors
-from fpnet_core.models.tensors import TORCH
+from fpnet_core.models.config import EdgeMapping, InvariantConfig, PaperConfig, network_config
+from fpnet_core.models.inference import inference_of, parameter_shapes
+from fpnet_core.models.joint_attention import JointAttention
 from fpnet_core.small_networks import product
 from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.training.networks.invariant import InvariantModule
+from fpnet_lab.training.networks.modules import load_tensors
+from fpnet_lab.training.networks.paper import PaperModule
+from fpnet_lab.training.networks.tensors import TORCH
+
+INVARIANT = InvariantConfig(width=16, heads=4, layers=2)
+SMALL = {'width': 8, 'heads': 2, 'blocks': 2, 'position_widths': (6,)}
 
 
-def random_network(seed, **sizes):
+WEIGHTS = Path(weights_package.__file__).parent
+
+
+def module_of(config):
+    return PaperModule(config) if isinstance(config, PaperConfig) else InvariantModule(config)
+
+
+def random_network(seed, config):
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = InvariantNetwork(InvariantConfig(**sizes))
+        network = module_of(config)
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter, std=0.3)
     return network.double().eval()
@@ -40,18 +53,23 @@ def as_double(batch):
     )
 
 
+@pytest.mark.parametrize(
+    'config', [INVARIANT, *(PaperConfig(edge_mapping=each, **SMALL) for each in EdgeMapping)]
+)
 @given(seed=st.integers(0, 10_000), rooms=st.integers(2, 9))
-@settings(max_examples=15, deadline=None)
-def test_arrays_and_tensors_give_the_same_assignments(seed, rooms):
-    network = random_network(seed, width=16, heads=4, layers=2)
+@settings(max_examples=8, deadline=None)
+def test_arrays_and_tensors_give_the_same_assignments(config, seed, rooms):
+    network = random_network(seed, config)
     rng = np.random.default_rng(seed)
     pairs = [toy_pair(rng, count, 2)[:2] for count in (rooms, rooms + 2)]
     batches = [
-        as_double(pad_graphs([network.rows(p[i]) for p in pairs], [p[i].edges for p in pairs]))
+        as_double(
+            pad_graphs([network.network.rows(p[i]) for p in pairs], [p[i].edges for p in pairs])
+        )
         for i in (0, 1)
     ]
     state = {name: value.numpy() for name, value in network.state_dict().items()}
-    on_arrays = JointAttention(network.config, NUMPY, state).assignments(*batches)
+    on_arrays = type(network.network)(config, NUMPY, state).assignments(*batches)
     tensors = [
         type(b)(*map(torch.from_numpy, (b.node_feat, b.adjacency, b.mask))) for b in batches
     ]
@@ -61,21 +79,27 @@ def test_arrays_and_tensors_give_the_same_assignments(seed, rooms):
         assert found == pytest.approx(expected.numpy(), rel=1e-4, abs=1e-4)
 
 
-def test_packaged_network_says_the_same_on_arrays_and_tensors():
-    weights = read_weights(None, FEATURE_SCHEMA)
+@pytest.mark.parametrize('name', ['matcher', 'paper', 'superglue'])
+def test_packaged_networks_say_the_same_on_arrays_and_tensors(name):
+    weights = read_weights(WEIGHTS / f'{name}.safetensors', FEATURE_SCHEMA)
     plan, sub, _ = toy_pair(np.random.default_rng(4), rooms=40, seen=12)
-    on_arrays, on_tensors = inference_of(weights), OnTensors(load_network(weights))
-    found, expected = (
-        n.likelihood(n.prepared(plan), n.prepared(sub)) for n in (on_arrays, on_tensors)
-    )
+    on_arrays = inference_of(weights)
+    module = module_of(network_config(weights))
+    load_tensors(module, weights)
+    found = on_arrays.likelihood(on_arrays.prepared(plan), on_arrays.prepared(sub))
+    with torch.inference_mode():
+        expected = module(module.batch([plan]), module.batch([sub]))[0, :-1, :-1].exp().numpy()
     assert found == pytest.approx(expected, abs=1e-5)
 
 
-@pytest.mark.parametrize('sizes', [{}, {'width': 12, 'heads': 3, 'layers': 2}])
-def test_shapes_are_those_of_what_is_trained(sizes):
-    config = InvariantConfig(**sizes)
-    state = InvariantNetwork(config).state_dict()
-    assert shapes(config) == {name: tuple(value.shape) for name, value in state.items()}
+@pytest.mark.parametrize(
+    'config',
+    [InvariantConfig(), INVARIANT, PaperConfig(), PaperConfig(**SMALL)],
+)
+def test_shapes_are_those_of_what_is_trained(config):
+    module = module_of(config)
+    expected = {name: tuple(value.shape) for name, value in module.state_dict().items()}
+    assert parameter_shapes(config) == expected
 
 
 def test_misshapen_parameter_is_named():
@@ -132,6 +156,6 @@ def test_layer_norm_on_arrays_is_that_on_tensors():
 def test_prepared_graphs_are_matched_like_others():
     network = inference_of(read_weights(None, FEATURE_SCHEMA)).network
     graphs = toy_pair(np.random.default_rng(4), rooms=40, seen=12)[:2]
-    plan, sub = (pad_graphs([InvariantNetwork.rows(g)], [g.edges]) for g in graphs)
+    plan, sub = (pad_graphs([JointAttention.rows(g)], [g.edges]) for g in graphs)
     found = network.log_assignment(network.prepared(plan), sub)
     assert np.array_equal(found, network.log_assignment(plan, network.prepared(sub)))

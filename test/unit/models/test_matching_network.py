@@ -6,21 +6,19 @@ from pydantic import ValidationError
 import pytest
 import torch
 
-from fpnet_core.models.attention import Attention
 from fpnet_core.models.batch import adjacency_matrix, pad_graphs
 from fpnet_core.models.config import EdgeMapping, PaperConfig
-from fpnet_core.models.edges import (
+from fpnet_core.models.paper import (
     CONNECTED,
     FAR_WEIGHT,
     LARGEST_INVERSE_DISTANCE,
     SELF_WEIGHT,
     UNCONNECTED,
-    connectivity_weights,
-    distance_weights,
+    edge_weights,
+    sinkhorn,
 )
-from fpnet_core.models.paper import PaperNetwork
-from fpnet_core.models.sinkhorn import log_assignment
-from fpnet_core.models.tensors import tensors_of
+from fpnet_lab.training.networks.paper import PaperModule
+from fpnet_lab.training.networks.tensors import TORCH, tensors_of
 
 
 def batch_of(positions, edges):
@@ -29,8 +27,12 @@ def batch_of(positions, edges):
     return tensors_of(pad_graphs([rows], [np.array(edges, dtype=np.int64).reshape(-1, 2)]))
 
 
+def phi(mapping, batch):
+    return edge_weights(TORCH, mapping, batch)[0, 0]
+
+
 def test_defaults_are_the_papers():
-    network = PaperNetwork(PaperConfig())
+    network = PaperModule(PaperConfig())
     assert len(network.self_layers) == len(network.cross_layers) == 9
     assert network.config.width == 26
     assert network.config.heads == 2
@@ -45,7 +47,7 @@ def test_defaults_are_the_papers():
 @pytest.mark.parametrize('mapping', list(EdgeMapping))
 @pytest.mark.parametrize('width', [26, 12])
 def test_network_runs_and_trains(mapping, width):
-    network = PaperNetwork(PaperConfig(width=width, blocks=2, edge_mapping=mapping))
+    network = PaperModule(PaperConfig(width=width, blocks=2, edge_mapping=mapping))
     plan, sub, _ = toy_pair(np.random.default_rng(0))
     output = network(network.batch([plan]), network.batch([sub]))
     assert output.shape == (1, len(plan) + 1, len(sub) + 1)
@@ -55,11 +57,11 @@ def test_network_runs_and_trains(mapping, width):
 
 
 def test_untrained_propagation_is_the_identity():
-    network = PaperNetwork(PaperConfig(blocks=3))
+    network = PaperModule(PaperConfig(blocks=3))
     plan, sub, _ = toy_pair(np.random.default_rng(1))
     plan, sub = network.batch([plan]), network.batch([sub])
-    expected = network.project(network.encoder(plan.node_feat))
-    torch.testing.assert_close(network.describe(plan, sub)[0], expected)
+    expected = network.project(network.network.encoded(plan.node_feat))
+    torch.testing.assert_close(network.network.describe(plan, sub)[0], expected)
 
 
 def test_configuration_rejects_heads_that_do_not_divide_the_width():
@@ -69,7 +71,7 @@ def test_configuration_rejects_heads_that_do_not_divide_the_width():
 
 def test_padding_marks_real_nodes_and_symmetric_edges():
     plan, sub, _ = toy_pair(np.random.default_rng(2), rooms=4, seen=2)
-    batch = PaperNetwork(PaperConfig()).batch([plan, sub])
+    batch = PaperModule(PaperConfig()).batch([plan, sub])
     assert batch.mask.sum(dim=1).tolist() == [len(plan), len(sub)]
     assert batch.node_feat[1, len(sub) :].abs().max() == 0.0
     assert torch.equal(batch.adjacency, batch.adjacency.transpose(1, 2))
@@ -79,7 +81,7 @@ def test_padding_marks_real_nodes_and_symmetric_edges():
 def test_empty_graphs_make_a_valid_batch():
     batch = tensors_of(pad_graphs([np.zeros((0, 28), np.float32)], [np.zeros((0, 2), np.int64)]))
     assert batch.mask.tolist() == [[False]]
-    output = PaperNetwork(PaperConfig(blocks=1))(batch, batch)
+    output = PaperModule(PaperConfig(blocks=1))(batch, batch)
     assert torch.isfinite(output[..., -1, -1]).all()
 
 
@@ -89,46 +91,51 @@ def test_adjacency_matrix_of_literal_edges():
 
 
 def test_connectivity_weights_are_the_papers_two_values():
-    phi = connectivity_weights(batch_of([[0, 0], [0.1, 0], [0.5, 0]], [[0, 1]]))[0]
+    found = phi(EdgeMapping.CONNECTIVITY, batch_of([[0, 0], [0.1, 0], [0.5, 0]], [[0, 1]]))
     n, c = UNCONNECTED, CONNECTED
-    assert phi.numpy() == pytest.approx(np.array([[c, c, n], [c, c, n], [n, n, c]]))
+    assert found.numpy() == pytest.approx(np.array([[c, c, n], [c, c, n], [n, n, c]]))
     assert (n, c) == (0.7, 1.0)
 
 
 def test_distance_weights_favour_near_neighbours_and_ignore_scale():
     # Node 0 has neighbours at 0.1 and 0.3 (mean 0.2): weights 2 and 2/3.
     positions, edges = np.array([[0, 0], [0.1, 0], [0, 0.3], [2, 2]]), [[0, 1], [0, 2]]
-    phi = distance_weights(batch_of(positions, edges))[0]
-    assert phi[0].tolist() == pytest.approx([SELF_WEIGHT, 2.0, 2.0 / 3.0, FAR_WEIGHT])
-    assert phi[1].tolist() == pytest.approx([1.0, SELF_WEIGHT, FAR_WEIGHT, FAR_WEIGHT])
-    torch.testing.assert_close(distance_weights(batch_of(3.7 * positions, edges))[0], phi)
+    found = phi(EdgeMapping.DISTANCE, batch_of(positions, edges))
+    assert found[0].tolist() == pytest.approx([SELF_WEIGHT, 2.0, 2.0 / 3.0, FAR_WEIGHT])
+    assert found[1].tolist() == pytest.approx([1.0, SELF_WEIGHT, FAR_WEIGHT, FAR_WEIGHT])
+    scaled = phi(EdgeMapping.DISTANCE, batch_of(3.7 * positions, edges))
+    torch.testing.assert_close(scaled, found)
 
 
 def test_distance_weights_are_bounded_where_neighbours_coincide():
-    phi = distance_weights(batch_of([[0, 0], [0, 0], [0, 1.0]], [[0, 1], [0, 2]]))[0]
-    assert phi[0, 1] == LARGEST_INVERSE_DISTANCE
+    found = phi(EdgeMapping.DISTANCE, batch_of([[0, 0], [0, 0], [0, 1.0]], [[0, 1], [0, 2]]))
+    assert found[0, 1] == LARGEST_INVERSE_DISTANCE
+
+
+def messages(mask, phi):
+    module = PaperModule(PaperConfig(width=4, heads=2, blocks=1))
+    module.self_layers[0].attention.merge.bias.data.zero_()
+    generator = torch.Generator().manual_seed(0)
+    target, source = (torch.randn((1, n, 4), generator=generator) for n in (3, mask.shape[1]))
+    name = 'self_layers.0.attention'
+    return [module.network.message(name, target, source, mask, factors) for factors in (None, phi)]
 
 
 def test_attention_multiplies_phi_after_the_softmax():
-    attention = Attention(width=4, heads=2)
-    target, source = torch.randn(1, 3, 4), torch.randn(1, 5, 4)
     mask = torch.ones((1, 5), dtype=torch.bool)
-    attention.merge.bias.data.zero_()
-    plain = attention(target, source, mask)
-    doubled = attention(target, source, mask, torch.full((1, 1, 3, 5), 2.0))
+    plain, doubled = messages(mask, phi=torch.full((1, 1, 3, 5), 2.0))
     torch.testing.assert_close(doubled, 2.0 * plain)
 
 
 def test_attention_to_an_empty_graph_says_nothing():
-    attention = Attention(width=4, heads=2)
-    message = attention(torch.randn(1, 3, 4), torch.randn(1, 2, 4), torch.zeros((1, 2)).bool())
-    assert message.abs().max() == 0.0
+    for message in messages(torch.zeros((1, 2)).bool(), phi=None):
+        assert message.abs().max() == 0.0
 
 
 def test_sinkhorn_finds_the_assignment_of_clear_scores():
     scores = torch.tensor([[[9.0, 0.0], [0.0, 0.0], [0.0, 9.0]]])
     masks = (torch.ones((1, 3), dtype=torch.bool), torch.ones((1, 2), dtype=torch.bool))
-    x = log_assignment(scores, torch.tensor(2.0), *masks, iterations=50).exp()[0]
+    x = sinkhorn(TORCH, scores, torch.tensor(2.0), *masks, iterations=50).exp()[0]
     assert x[0, 0] > 0.95
     assert x[2, 1] > 0.95
     assert x[1, -1] > 0.75
@@ -138,7 +145,7 @@ def test_a_higher_dustbin_takes_more_mass():
     scores = torch.zeros((1, 3, 3))
     mask = torch.ones((1, 3), dtype=torch.bool)
     low, high = (
-        log_assignment(scores, torch.tensor(z), mask, mask, 20).exp()[0, :3, -1].sum()
+        sinkhorn(TORCH, scores, torch.tensor(z), mask, mask, 20).exp()[0, :3, -1].sum()
         for z in (-2.0, 2.0)
     )
     assert high > low

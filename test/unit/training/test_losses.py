@@ -8,8 +8,7 @@ import torch
 
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models.batch import GraphBatch
-from fpnet_core.models.edges import pair_distances
-from fpnet_core.models.sinkhorn import log_assignment
+from fpnet_core.models.paper import pair_distances, sinkhorn
 from fpnet_lab.training.config import LossConfig
 from fpnet_lab.training.losses import (
     match_loss,
@@ -17,6 +16,7 @@ from fpnet_lab.training.losses import (
     spatial_loss,
     topology_loss,
 )
+from fpnet_lab.training.networks.tensors import TORCH
 
 LABELS = torch.tensor([[2, 0, UNMATCHED, IGNORE]])
 PLAN_MASK = torch.tensor([[True, True, True, True, False]])
@@ -43,7 +43,7 @@ def hard_assignment():
 def soft_assignment(seed=0):
     scores = torch.randn((1, 5, 4), generator=torch.Generator().manual_seed(seed)).double()
     mask = torch.ones((1, 4), dtype=torch.bool)
-    return log_assignment(scores, torch.tensor(0.3).double(), PLAN_MASK, mask, 20)
+    return sinkhorn(TORCH, scores, torch.tensor(0.3).double(), PLAN_MASK, mask, 20)
 
 
 def test_the_true_assignment_costs_nothing():
@@ -77,7 +77,7 @@ def test_spatial_loss_is_the_expected_distance():
     labels = torch.tensor([[2, IGNORE, IGNORE, IGNORE]])
     # Nodes 1 and 2 are at (0.3, 0.4) and (1.0, 0.1).
     expected = 0.5 * math.hypot(0.7, 0.3)
-    loss = spatial_loss(assignment, labels, pair_distances(prepared_plan()))
+    loss = spatial_loss(assignment, labels, pair_distances(TORCH, prepared_plan()))
     assert float(loss) == pytest.approx(expected)
 
 
@@ -97,7 +97,7 @@ def test_gradients_agree_with_finite_differences(weights):
 
     def loss(values):
         dustbin = torch.tensor(0.3).double()
-        log_x = log_assignment(values, dustbin, PLAN_MASK, mask, 20)
+        log_x = sinkhorn(TORCH, values, dustbin, PLAN_MASK, mask, 20)
         return matching_loss(log_x, LABELS, prepared_plan(), weights).total
 
     scores.requires_grad_(True)

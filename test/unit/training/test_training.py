@@ -15,7 +15,7 @@ from fpnet_core.graphs.layout import POSITION
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models.invariant import InvariantNetwork
+from fpnet_core.models.joint_attention import JointAttention
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.baselines import NearestNeighborMatcher
 from fpnet_lab.metrics import MatchCounts, count_matches
@@ -251,9 +251,9 @@ def test_network_learns_to_beat_nearest_neighbour(tmp_path):
     toys = [toy_pair(rng, rooms=6, seen=3) for _ in range(48)]
     pairs = [
         PairArrays(
-            InvariantNetwork.rows(plan),
+            JointAttention.rows(plan),
             plan.edges,
-            InvariantNetwork.rows(sub),
+            JointAttention.rows(sub),
             sub.edges,
             labels,
             i,

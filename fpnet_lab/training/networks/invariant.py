@@ -4,38 +4,22 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 import torch
 from torch import Tensor, nn
 
-from fpnet_core.graphs.invariant import INVARIANT_LAYOUT, invariant_rows
-from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import InvariantConfig
-from fpnet_core.models.joint_attention import (
-    NODE_FEATURES,
-    RELATION_WIDTH,
-    RELATIONS,
-    JointAttention,
-)
-from fpnet_core.models.network import RegionNetwork
-from fpnet_core.models.tensors import TORCH
-from fpnet_core.types import RegionGraph
+from fpnet_core.models.joint_attention import NODE_FEATURES, RELATION_WIDTH, RELATIONS
+from fpnet_lab.training.networks.modules import RegionModule
 
 # Chosen, not measured:
 _FOCUS = ((3, 4.0), (4, 4.0), (0, -1.5))  # relation and initial weight of successive heads
 _ACROSS = 3.0  # initial logit of the other graph's nodes, for heads that attend to it
 
 
-class InvariantNetwork(RegionNetwork):
-    """Parameters of :class:`JointAttention`, which defines the computation."""
+class InvariantModule(RegionModule):
+    """Parameters of :class:`~fpnet_core.models.joint_attention.JointAttention`."""
 
-    layout = INVARIANT_LAYOUT
-
-    @staticmethod
-    def rows(graph: RegionGraph) -> NDArray[np.float32]:
-        """Return the invariant rows of ``graph``."""
-        return invariant_rows(graph)
+    config: InvariantConfig
 
     def __init__(self, config: InvariantConfig) -> None:
         super().__init__()
@@ -49,19 +33,6 @@ class InvariantNetwork(RegionNetwork):
         self.across = nn.Parameter(_first_across(config.layers, config.heads))
         self.normalise = nn.LayerNorm(width)
         self.project = nn.Linear(width, width + 1)
-
-    def forward(self, plan: GraphBatch, sub: GraphBatch) -> Tensor:
-        """Return the log-assignment ``(B, M+1, N+1)`` of the last layer, dustbins last."""
-        found: Tensor = self._computed.log_assignment(plan, sub)
-        return found
-
-    def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
-        """Return the log-assignment of every layer; the last one equals :meth:`forward`."""
-        return self._computed.assignments(plan, sub)
-
-    @property
-    def _computed(self) -> JointAttention:
-        return JointAttention(self.config, TORCH, dict(self.named_parameters()))
 
 
 def _relation_bias(layers: int, heads: int) -> nn.ModuleDict:

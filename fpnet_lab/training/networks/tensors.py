@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""PyTorch implementation of the array operations; importing this imports torch."""
+"""PyTorch implementation of the array operations."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ def tensors_of(batch: GraphBatch) -> GraphBatch:
         torch.from_numpy(batch.node_feat),
         torch.from_numpy(batch.adjacency),
         torch.from_numpy(batch.mask),
+    )
+
+
+def to_device(batch: GraphBatch, device: torch.device) -> GraphBatch:
+    """Return a batch of tensors on ``device``."""
+    return GraphBatch(
+        batch.node_feat.to(device), batch.adjacency.to(device), batch.mask.to(device)
     )
 
 
@@ -52,6 +59,6 @@ def _identity_like(square: Tensor) -> Tensor:
 
 TORCH = Library(
     torch, torch.matmul, functional.linear, _mixed, _layer_norm, functional.gelu, _attention,
-    torch.log_softmax, functional.logsigmoid, _identity_like,
+    torch.log_softmax, torch.logsumexp, functional.logsigmoid, _identity_like,
 )  # fmt: skip
 """PyTorch tensors, with gradients."""
