@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet.accuracy import RunSummary, summarize_run
+from fpnet.rooms import NamedRooms
 from fpnet.viz.pictures import figure_of, html_of
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.differences import Differences
@@ -150,6 +151,18 @@ class Run:
         plan = self._localizer.plan if said is None else said.nominal
         assert plan is not None  # set in __init__
         return plan.segmentation
+
+    @cached_property
+    def named_rooms(self) -> NamedRooms:
+        """The floorplan's rooms that have a name."""
+        return NamedRooms.of(self.plan)
+
+    @property
+    def room(self) -> str:
+        """Name of the room of the final pose; empty unless localized in a named room."""
+        if self.status is not Status.LOCALIZED:
+            return ''
+        return self.named_rooms.at(self.poses.xy[-1:])[0]
 
     @property
     def plan(self) -> Reading:

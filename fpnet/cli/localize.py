@@ -71,6 +71,14 @@ _TumOption = Annotated[
     Path | None,
     typer.Option('--tum', metavar='OUT', help='Write all published poses, floorplan frame.'),
 ]
+_RoomsOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--rooms',
+        metavar='CSV',
+        help='Write when the robot entered and left each room that the plan names.',
+    ),
+]
 _FilmOption = Annotated[
     Path | None,
     typer.Option('--film', metavar='GIF', help='Write the run as an animated GIF.'),
@@ -91,6 +99,7 @@ def command(
     odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
+    rooms: _RoomsOption = None,
     film: _FilmOption = None,
     view: _ViewOption = False,
     port: common.PortOption = common.DEFAULT_PORT,
@@ -111,7 +120,8 @@ def command(
 
     Exits with 0 if localized at the end, with 3 if not (after printing likely causes and next
     commands), and with 1 on errors. --out writes report.html, run.json, poses.tum (on the final
-    storey), covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, differences.geojson.
+    storey), covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, differences.geojson,
+    and rooms.csv if the plan names rooms.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -136,7 +146,7 @@ def command(
     typed = _of_bag(typed, source, poses, odometry)
     ended = _Ended(run, known, run.causes(typed, said.storey))
     _say(ended, out, json_path)
-    _write_files(ended, tum, json_path)
+    _write_files(ended, tum, rooms, json_path)
     _write_pictures(ended, title, film, out)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
@@ -199,6 +209,7 @@ class _Ended:
             'probability': round(last.probability, 4),
             'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
+            'room': self.run.room or None,
             'next_look': None if self.run.next_look is None else self.run.next_look.as_json(),
             'outdated': None if self.run.outdated is None else self.run.outdated.as_json(),
             'scans': len(result.odometry),
@@ -264,6 +275,8 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     common.say(ended.run.last.said, json_path)
     if ended.run.outdated is not None:
         common.say(ended.run.outdated.said, json_path)
+    if ended.run.room:
+        common.say(f'in room {ended.run.room}', json_path)
     seen = '' if out is None else f'; see {out / common.REPORT_NAME}'
     common.say(f'{ended.summary}{seen}', json_path)
     common.say_causes(ended.causes, json_path)
@@ -273,12 +286,20 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
         )
 
 
-def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:
+def _write_files(
+    ended: _Ended, tum: Path | None, rooms: Path | None, json_path: Path | None
+) -> None:
+    from fpnet.rooms import write_stays
     from fpnet_core.io.trajectories import write_tum
 
     if tum is not None:
         poses = ended.run.poses
         write_tum(tum, poses.stamps_ns, poses.xy, poses.yaw)
+    if rooms is not None:
+        named = ended.run.named_rooms
+        if not named:
+            common.say(f'{rooms} stays empty: the floorplan names no rooms', json_path)
+        write_stays(rooms, named.stays(ended.run.poses))
     common.write_json(json_path, ended.figures())
 
 
@@ -287,6 +308,7 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
         return
     from fpnet.report import write_run_exports, write_run_report
     from fpnet.report.film import write_film
+    from fpnet.rooms import write_stays
 
     record, run = ended.record(title), ended.run
     if out is not None:
@@ -294,6 +316,8 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
             out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
         )
         common.write_json(out / 'run.json', record.figures)
+        if run.named_rooms:
+            write_stays(out / 'rooms.csv', run.named_rooms.stays(run.poses))
         if run.differences is not None:
             write_differences(out, run.differences)
         write_run_report(out / common.REPORT_NAME, record)

@@ -12,7 +12,7 @@ from typing import Any
 from fpnet_core.errors import FpnetError
 from fpnet_core.kernel_cache import is_writable
 
-WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
+WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--rooms', '--film')
 """Options of all commands that name an output."""
 
 _PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')

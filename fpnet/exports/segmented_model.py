@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.model import FloorplanModel, ModelDoor, ModelRoom, ModelWall, Rings
-from fpnet_core.drawings.room_texts import PrintedRoom, mapped, printed_of_rooms
+from fpnet_core.drawings.room_names import printed_rooms
+from fpnet_core.drawings.room_texts import PrintedRoom
 from fpnet_core.drawings.types import Array, Reading
-from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import OCCUPIED, GridMap, Segmentation
 
 _FINER = 4  # numerical: pixels per cell edge, so that outlines follow the edges of cells
@@ -65,7 +65,7 @@ def _door(ends: Array, probability: float, known: tuple[ModelDoor, ...]) -> Mode
 
 
 def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
-    printed = _printed(reading, segmentation)
+    printed = printed_rooms(reading, segmentation)
     rooms = []
     for region in segmentation.rooms:
         areas = _areas(segmentation.labels == region.id + 1, segmentation.grid)
@@ -82,14 +82,6 @@ def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
                 )
             )
     return rooms
-
-
-def _printed(reading: Reading, segmentation: Segmentation) -> dict[int, PrintedRoom]:
-    """Return the texts printed in each room, by the room's label in the segmentation."""
-    H_cell_image = np.linalg.inv(pixel_to_xy(segmentation.grid).matrix) @ reading.H_plan_image
-    labels = mapped(reading.drawing.labels, np.asarray(H_cell_image, np.float64))
-    found = printed_of_rooms(labels, np.asarray(segmentation.labels[::-1]))
-    return {each.label: each for each in found}
 
 
 def _areas(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:

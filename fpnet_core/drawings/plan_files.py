@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
+from fpnet_core.drawings.room_names import room_names
+from fpnet_core.drawings.types import DrawingScale, Reading, RoomName, ScaleSource
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.maps import write_map
 
@@ -77,6 +78,7 @@ def as_json(reading: Reading) -> dict[str, Any]:
         'doubtful': [
             {'what': each.what, 'box': list(map(int, each.box))} for each in reading.doubtful
         ],
+        'room_names': [{'name': each.name, 'xy': list(each.xy)} for each in room_names(reading)],
     }
 
 
@@ -95,13 +97,14 @@ class PlanRecord:
     """
     Record of a map that was parsed from a drawing.
 
-    ``scale`` is that of the map's own pixels; ``doubts`` (parser warnings) and ``accepted`` are as
-    in :class:`fpnet_core.drawings.types.Reading`.
+    ``scale`` is that of the map's own pixels; ``doubts`` (parser warnings), ``accepted`` and
+    ``names`` are as in :class:`fpnet_core.drawings.types.Reading`.
     """
 
     scale: DrawingScale
     doubts: tuple[str, ...] = ()
     accepted: str = ''
+    names: tuple[RoomName, ...] = ()
 
 
 def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
@@ -123,6 +126,7 @@ def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
         written_m, scale = float(values['cell_m']), _scale_of(values['scale'])
         doubts = tuple(str(doubt) for doubt in values['doubts'])
         accepted = str(values.get('accepted') or '')
+        names = tuple(_room_of(each) for each in values.get('room_names', ()))
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise MapFormatError(
             f'{path} is a damaged record of a floorplan ({error}); remove it, or run fpnet plan '
@@ -134,7 +138,7 @@ def recorded(yaml_path: Path | str, cell_m: float) -> PlanRecord | None:
     scale = replace(
         scale, resolution_m=cell_m, low_m=scale.low_m * cells, high_m=scale.high_m * cells
     )
-    return PlanRecord(scale, doubts, accepted)
+    return PlanRecord(scale, doubts, accepted, names)
 
 
 def _read(path: Path) -> dict[str, Any] | None:
@@ -146,6 +150,13 @@ def _read(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError, RecursionError):
         return None
     return values if isinstance(values, dict) and _MARK in values else None
+
+
+def _room_of(values: dict[str, Any]) -> RoomName:
+    x, y = map(float, values['xy'])
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f'room_names: xy must be finite, got {x:g}, {y:g}')
+    return RoomName(str(values['name']), (x, y))
 
 
 def _scale_of(values: dict[str, Any]) -> DrawingScale:

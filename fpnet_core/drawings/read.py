@@ -103,7 +103,7 @@ def _read_map(path: Path, options: ReadOptions) -> Reading:
     how = 'a map_server map, with the thresholds of its YAML'
     return Reading(
         part.grid, scale, part.A_frame_pixel, how, drawing, doubts=known.doubts,
-        accepted=known.accepted,
+        accepted=known.accepted, names=known.names,
     )  # fmt: skip
 
 

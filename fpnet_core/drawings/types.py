@@ -171,6 +171,14 @@ class Doubtful:
     box: Box
 
 
+@dataclass(frozen=True)
+class RoomName:
+    """Name of a room, and a point ``xy`` in it [m], in the map's frame."""
+
+    name: str
+    xy: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """
@@ -194,6 +202,7 @@ class Reading:
     is_other : whether the drawing seems to show something other than a floorplan
     config : how rooms are segmented
     cut : segmentation of ``grid``, stated by the file or made by the parser; None if neither
+    names : names of rooms that the record of a map holds (``room_names.py`` has all sources)
     """
 
     grid: GridMap
@@ -210,6 +219,7 @@ class Reading:
     is_other: bool = False
     config: SegmentationConfig = field(default_factory=SegmentationConfig)
     cut: Segmentation | None = None
+    names: tuple[RoomName, ...] = ()
 
     @cached_property
     def segmentation(self) -> Segmentation:
@@ -251,9 +261,16 @@ class Reading:
             model = replace(model.moved(mirror[:2]), scale=model.scale, H_plan_image=H)
         how = f'{self.how}, flipped'
         grid, cut = self.grid.mirrored(), self.cut and mirrored_rooms(self.cut)
-        return replace(self, grid=grid, H_plan_image=H, how=how, model=model, cut=cut)
+        names = tuple(_moved(each, mirror) for each in self.names)
+        return replace(self, grid=grid, H_plan_image=H, how=how, model=model, cut=cut, names=names)
 
     @property
     def is_readable(self) -> bool:
         """Whether there are no parser warnings, or the user has accepted them."""
         return not self.doubts or bool(self.accepted)
+
+
+def _moved(room: RoomName, A: Array) -> RoomName:
+    """Return the name at a point mapped by an affine ``A (3, 3)``."""
+    x, y, _ = (A @ (*room.xy, 1.0)).tolist()
+    return replace(room, xy=(x, y))

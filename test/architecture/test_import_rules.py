@@ -32,6 +32,7 @@ LAYERS = {
             'geojson',
             'library',
             'plan_check',
+            'rooms',
             'site_check',
         },
         {'viz', 'report'},

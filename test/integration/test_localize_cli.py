@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``fpnet localize`` from a bag of raw clouds to poses on the floorplan, through KISS-ICP."""
 
+import csv
 import json
 import shlex
 import subprocess
@@ -14,6 +15,8 @@ from short_recording import start_of_recording
 
 from fpnet.accuracy import pose_errors
 from fpnet.cli import main
+from fpnet_core.drawings.plan_files import as_json, record_path
+from fpnet_core.drawings.read import read_plan
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
@@ -33,6 +36,16 @@ def run_cli(*arguments):
     return ended.value.code or 0
 
 
+def name_rooms(yaml_path):
+    """Give each room of a map a name, in the record beside the map."""
+    plan = read_plan(yaml_path)
+    names = [
+        {'name': f'room {room.id}', 'xy': room.centroid.tolist()}
+        for room in plan.segmentation.rooms
+    ]
+    record_path(yaml_path).write_text(json.dumps(as_json(plan) | {'room_names': names}))
+
+
 @pytest.fixture(scope='module')
 def localized(tmp_path_factory):
     folder = tmp_path_factory.mktemp('localize')
@@ -44,11 +57,13 @@ def localized(tmp_path_factory):
     path = PlanarTrajectory.from_transforms(truth.stamps_ns, truth.T_frame_body)
     on_plan = path.mapped(A_plan_building)
     write_tum(folder / 'on_plan.tum', on_plan.stamps_ns, on_plan.xy, on_plan.yaw)
+    name_rooms(folder / 'drive' / 'floorplan.yaml')
     code = run_cli(
         'localize', folder / 'drive' / 'bag',
         '--floorplan', folder / 'drive' / 'floorplan.yaml',
         '--truth', folder / 'on_plan.tum',
         '--tum', folder / 'out.tum',
+        '--rooms', folder / 'rooms.csv',
         '--json', folder / 'out.json',
     )  # fmt: skip
     assert code == 0
@@ -101,6 +116,26 @@ def test_the_robot_is_found_and_no_pose_is_wrong(localized):
     assert summary['rejected_scans'] == 0
     assert ' m of observed wall; ' in summary['reason']
     assert 0.0 < summary['path_to_first_pose_m'] < summary['path_m']
+
+
+def test_the_rooms_written_are_those_that_the_robot_was_in(localized):
+    folder, summary, truth = localized
+    with (folder / 'rooms.csv').open(encoding='utf-8') as file:
+        stays = list(csv.DictReader(file))
+    rooms = read_plan(folder / 'drive' / 'floorplan.yaml').segmentation
+    rows, cols = np.round(rooms.grid.xy_to_rc(truth.xy)).astype(int).T
+    label = rooms.labels[rows, cols]
+    assert stays
+    for stay in stays:
+        within = (truth.stamps_ns >= float(stay['entered_s']) * 1e9 - 1e6) & (
+            truth.stamps_ns <= float(stay['left_s']) * 1e9 + 1e6
+        )
+        true = label[within]
+        assert np.mean(true[true > 0] == int(stay['room'].removeprefix('room ')) + 1) > 0.9
+    last = read_tum(folder / 'out.tum').T_frame_body[-1, :2, 3]
+    row, col = np.round(rooms.grid.xy_to_rc(last)).astype(int)
+    under = rooms.labels[row, col]
+    assert summary['room'] == (f'room {under - 1}' if under else None)
 
 
 def test_the_poses_written_are_those_that_were_judged(localized):

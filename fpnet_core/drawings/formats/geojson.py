@@ -94,8 +94,7 @@ def read_geojson(path: Path, options: ReadOptions) -> VectorPage:
             f'{path.name} has no units: expected rooms as in IMDF, polygons of feature_type unit'
         )
     number, note = choose_storey(path.name, [level.name for _, level in levels], counts, options)
-    chosen = [each for each in features if each.level == levels[number][0]]
-    chosen += [each for each in features if each.id == levels[number][0]]
+    chosen = [each for each in features if levels[number][0] in (each.level, each.id)]
     metres, more = _metres(chosen, path.name)
     model = _model(metres, tuple(level for _, level in levels), number)
     return page_of(path.name, model, [*note, *more])
