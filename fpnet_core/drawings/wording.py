@@ -38,5 +38,4 @@ def said_of_scale(scale: DrawingScale) -> str:
         text += f' ({scale.low_m:.3g} to {scale.high_m:.3g})'
     if scale.source is ScaleSource.UNKNOWN:
         return f'scale unknown, assumed {text}'
-    unsure = '' if is_sure(scale) else ', unsure'
-    return f'{text}, {scale.why or scale.source.value}{unsure}'
+    return f'{text}, {scale.why or scale.source.value}'

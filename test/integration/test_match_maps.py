@@ -86,7 +86,7 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):
     scale, *_, printed = capsys.readouterr().out.splitlines(keepends=True)
     assert printed == said
     assert scale.startswith('plan.png: ')
-    assert scale.endswith(', unsure\n')
+    assert re.search(r' m per pixel \([\d.]+ to [\d.]+\), estimated from ', scale)
     assert cv2.imread(str(tmp_path / 'match.png')) is not None
 
     assert not result['plan_scale_stated']

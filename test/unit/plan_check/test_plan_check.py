@@ -169,7 +169,7 @@ def test_what_is_wrong_is_said():
     assert 'drawn too small: true lengths are about 2.00 times' in said()
     assert 'no door was found' in said()
     guess = DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED)
-    assert 'scale: 0.05 m per pixel (0.04 to 0.06), estimated, unsure' in said(drawn=guess)
+    assert 'scale: 0.05 m per pixel (0.04 to 0.06), estimated' in said(drawn=guess)
     assert 'drawn too' not in said(scale=ScaleEstimate(1.3, 0.9, 1.6))
     assert 'too large' in said(scale=ScaleEstimate(0.8, 0.7, 0.9))
     lost = TourResult(0, 50.0, None, None)
