@@ -21,8 +21,8 @@ import numpy as np
 
 from fpnet.accuracy import summarize_run
 from fpnet.cli.common import parse_settings
+from fpnet.recordings.opening import open_scans
 from fpnet_core.config import load_config
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.cli.reports import finish, script_parser

@@ -42,9 +42,9 @@ import numpy as np
 
 from fpnet.accuracy import pose_errors
 from fpnet.cli.common import load
+from fpnet.recordings.opening import open_scans
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry.gyro_track import GyroTrack
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry

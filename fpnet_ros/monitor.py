@@ -21,9 +21,9 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME
 from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY
-from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import Status
 from fpnet_ros.runtime import STATUS, STREAM
 from msg_adapters.diagnostics import LocalizerReport, report_from_msg

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from fpnet.api.values import Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet.plan_check import check_plan as _check_plan
+from fpnet.recordings.opening import is_recording
 from fpnet_core.arguments import checked
 from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.differences import find_differences
@@ -29,7 +30,6 @@ from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlacedError
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.maps import read_map, states_scale
-from fpnet_core.io.recordings import is_recording
 from fpnet_core.localizer import create_global_localizer, match_maps
 from fpnet_core.localizer.maps import MapMatchStatus, cut_of, match_storeys, segment_robot_map
 from fpnet_core.localizer.prepared_maps import StageTimer
@@ -124,7 +124,7 @@ def submap_of(
     CloudFormatError
         If it holds no usable scan.
     """
-    from fpnet_core.io.recordings import (
+    from fpnet.recordings.opening import (
         open_scans,  # loads odometry, which takes long and maps do not need
     )
     from fpnet_core.odometry import KissOdometry

@@ -15,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet.accuracy import RunSummary, summarize_run
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.posed_scans import PosedScans
+from fpnet.recordings.trajectories import read_poses
 from fpnet.rooms import NamedRooms
 from fpnet.viz.pictures import figure_of, html_of
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
@@ -26,11 +29,8 @@ from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io.posed_scans import PosedScans
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.topic_names import TF_TOPIC
-from fpnet_core.io.trajectories import read_poses
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.localizer.guidance import NextLook, next_look

@@ -169,9 +169,9 @@ class _Known:
 
 
 def _known(truth: Path | None, plans: Reading | Site) -> _Known:
+    from fpnet.recordings.truth import check_truth, read_truth
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io.truth import check_truth, read_truth
 
     if truth is None:
         return _Known(None, Affine2D.identity())
@@ -289,8 +289,8 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
 def _write_files(
     ended: _Ended, tum: Path | None, rooms: Path | None, json_path: Path | None
 ) -> None:
+    from fpnet.recordings.trajectories import write_tum
     from fpnet.rooms import write_stays
-    from fpnet_core.io.trajectories import write_tum
 
     if tum is not None:
         poses = ended.run.poses

@@ -99,8 +99,8 @@ def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, b
 
 def _is_drawing(source: Path) -> bool:
     """Return whether the input, by its name, is a drawing or map, not a cloud or recording."""
+    from fpnet.recordings.opening import is_recording
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
-    from fpnet_core.io.recordings import is_recording
 
     return not is_recording(source) and source.suffix.lower() not in CLOUD_SUFFIXES
 
@@ -108,8 +108,8 @@ def _is_drawing(source: Path) -> bool:
 def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
     """Return the submap of a point cloud or of a whole recording."""
     from fpnet.api import submap_of
+    from fpnet.recordings.opening import open_scans
     from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
-    from fpnet_core.io.recordings import open_scans
     from fpnet_core.submaps import submap_from_cloud
 
     if path.suffix.lower() in CLOUD_SUFFIXES:

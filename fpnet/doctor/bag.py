@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from fpnet.recordings.opening import bag_within
 from fpnet_core.doctor.observed import Observed, Offer
 from fpnet_core.doctor.observer import Observer
 from fpnet_core.io.bags import BagReader
-from fpnet_core.io.recordings import bag_within
 from fpnet_core.stamps import NS_PER_S
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.trajectories import write_covariances, write_tum
 from fpnet.report.moments import shown_ticks
 from fpnet_core.geometry import SE2
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.topic_names import TF_TOPIC
-from fpnet_core.io.trajectories import write_covariances, write_tum
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.trajectory import PlanarTrajectory

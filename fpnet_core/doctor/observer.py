@@ -23,13 +23,18 @@ from fpnet_core.doctor.observed import (
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.bag_scans import usable_clouds
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import IMU, LASER_SCANS, ODOMETRY, TRANSFORMS
 from fpnet_core.io.messages import has_gyro, rate_of, rigid_of, stamp_to_ns
 from fpnet_core.io.pointcloud2 import decode_cloud
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
-from fpnet_core.io.topic_names import KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC, TRUTH_TOPICS
+from fpnet_core.io.topic_names import (
+    KISS_ODOMETRY,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+    TRUTH_TOPICS,
+    usable_clouds,
+)
 from fpnet_core.stamps import NS_PER_S
 
 MOST_SWEEPS = 150

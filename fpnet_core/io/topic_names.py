@@ -4,6 +4,8 @@
 
 import re
 
+from fpnet_core.io.message_types import POINT_CLOUD
+
 TF_TOPIC, TF_STATIC_TOPIC, CLOCK_TOPIC = '/tf', '/tf_static', '/clock'
 """Given: by tf2, and for simulated time."""
 
@@ -23,3 +25,12 @@ def is_registered(topic: str) -> bool:
     Such clouds are deskewed, have no point times, and are stamped like their poses.
     """
     return _REGISTERED.search(topic) is not None
+
+
+def usable_clouds(topics: dict[str, str]) -> list[str]:
+    """Return the topics with clouds that the localizer can use; ``topics`` maps to types."""
+    clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
+    # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it can replace it. Its
+    # keypoints and local map are not scans.
+    raw = [topic for topic in clouds if not is_registered(topic)]
+    return raw or [topic for topic in clouds if topic.endswith(KISS_FRAME)]

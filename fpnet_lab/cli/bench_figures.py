@@ -41,7 +41,7 @@ def command(
 
     Example: fpnet bench figures weights_doors=fpnet_core/weights/doors.json
     """
-    from fpnet_core.io.truth import read_json
+    from fpnet.recordings.truth import read_json
     from fpnet_lab.evaluation.published.figures import pages as pages_of
     from fpnet_lab.evaluation.published.figures import write_figures
     from fpnet_lab.evaluation.published.makers import joined, published

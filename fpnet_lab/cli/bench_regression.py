@@ -44,7 +44,7 @@ def command(
     tree = common.load(config, settings)
     if is_written and is_short:
         raise ConfigError('--write needs all cases; omit --short')
-    from fpnet_core.io.truth import read_json
+    from fpnet.recordings.truth import read_json
     from fpnet_lab.evaluation.regression import COUNTS, SHORT, differences, run_regression
     from fpnet_lab.training import use_threads
 

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 
 from fpnet.accuracy import RunSummary, summarize_run
-from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import Affine2D
-from fpnet_core.io.runs import read_output
-from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME, TICKS_NAME
-from fpnet_core.io.truth import (
+from fpnet.recordings.truth import (
     TRUTH_NAME,
     TRUTH_POSES_NAME,
     read_distortion,
     read_json,
     read_planar,
 )
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.runs import read_output
+from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME, TICKS_NAME
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput
 

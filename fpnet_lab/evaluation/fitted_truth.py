@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from fpnet.recordings.truth import read_json
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.truth import read_json
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import GridMap
 

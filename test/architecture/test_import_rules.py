@@ -32,6 +32,7 @@ LAYERS = {
             'geojson',
             'library',
             'plan_check',
+            'recordings',
             'rooms',
             'site_check',
         },

@@ -257,7 +257,7 @@ def _read_config(path: Path) -> object:
 
 
 def _read_scans(path: Path) -> object:
-    from fpnet_core.io.recordings import open_scans
+    from fpnet.recordings.opening import open_scans
 
     return list(open_scans(path))
 
@@ -477,7 +477,7 @@ def _read_cloud(path: Path) -> object:
 
 
 def _write_tum(folder: Path) -> Path:
-    from fpnet_core.io.trajectories import write_tum
+    from fpnet.recordings.trajectories import write_tum
 
     write_tum(folder / 'poses.tum', _STAMPS_NS, _poses()[:, :2, 3], np.zeros(len(_STAMPS_NS)))
     return folder / 'poses.tum'
@@ -501,7 +501,7 @@ def _write_npy_poses(folder: Path) -> Path:
 
 
 def _read_poses(path: Path) -> object:
-    from fpnet_core.io.trajectories import read_poses
+    from fpnet.recordings.trajectories import read_poses
 
     return read_poses(path)
 

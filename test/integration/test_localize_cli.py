@@ -15,10 +15,10 @@ from short_recording import start_of_recording
 
 from fpnet.accuracy import pose_errors
 from fpnet.cli import main
+from fpnet.recordings.trajectories import read_tum, write_tum
 from fpnet_core.drawings.plan_files import as_json, record_path
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.drives.recording import write_recording
 from fpnet_lab.sim.lidars.sensors import LidarModel
@@ -39,9 +39,11 @@ def run_cli(*arguments):
 def name_rooms(yaml_path):
     """Give each room of a map a name, in the record beside the map."""
     plan = read_plan(yaml_path)
+    rooms = plan.segmentation
+    cells = {room.id: np.argwhere(rooms.labels == room.id + 1) for room in rooms.rooms}
     names = [
-        {'name': f'room {room.id}', 'xy': room.centroid.tolist()}
-        for room in plan.segmentation.rooms
+        {'name': f'room {number}', 'xy': rooms.grid.rc_to_xy(inside[len(inside) // 2]).tolist()}
+        for number, inside in cells.items()
     ]
     record_path(yaml_path).write_text(json.dumps(as_json(plan) | {'room_names': names}))
 

@@ -10,8 +10,8 @@ from planted_drive import drive, recorded, standing
 import pytest
 
 from fpnet.cli import main
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.io.maps import read_map, write_map
-from fpnet_core.io.trajectories import write_tum
 
 pytestmark = pytest.mark.slow
 

@@ -9,12 +9,12 @@ import pytest
 from short_recording import start_of_recording
 
 from fpnet.cli import main
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.trajectories import read_tum
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.sim.drives.recording import (
     CLOUD_TOPIC,

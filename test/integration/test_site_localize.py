@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 import yaml
 
 from fpnet.cli import build_app
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.io.maps import write_map
-from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.evaluation.localization.inputs import LIMITS
 from fpnet_lab.sim.drawn.storeys import Likeness, draw_storeys
 from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording

@@ -9,8 +9,8 @@ import pytest
 from turning_drive import OTHER_SEEDS, STAMPS, clouds, lag_ms, yaw_errors_deg
 
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.opening import open_scans
 from fpnet_core.config import OdometryConfig
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 

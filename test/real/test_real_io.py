@@ -11,10 +11,10 @@ import pytest
 from real_data import DATA, needs
 from scipy import ndimage
 
+from fpnet.recordings.opening import open_scans
 from fpnet_core.config import OdometryConfig, SubmapConfig
 from fpnet_core.io.clouds import read_cloud
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.raster.pixels import pixel_to_xy

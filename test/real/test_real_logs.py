@@ -9,9 +9,9 @@ import pytest
 from real_data import DATA, needs
 
 from fpnet.cli import main
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.trajectories import read_tum, write_tum
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.cases import make_suite

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from real_data import DATA, needs
 
+from fpnet.recordings.opening import open_scans
 from fpnet_core.config import OdometryConfig
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 

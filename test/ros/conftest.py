@@ -19,9 +19,9 @@ import pytest
 from stopwatch import Stopwatch
 
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.io.trajectories import write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.drives.recording import (
     CLOUD_TOPIC,

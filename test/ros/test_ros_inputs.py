@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.opening import open_scans
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
-from fpnet_core.io.recordings import open_scans
 
 pytestmark = pytest.mark.ros
 

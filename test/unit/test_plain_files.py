@@ -6,6 +6,8 @@ import os
 
 import pytest
 
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.trajectories import read_poses
 from fpnet_core.config import load_config
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.errors import FpnetError
@@ -13,8 +15,6 @@ from fpnet_core.io.arrays import read_arrays
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.clouds import read_cloud
 from fpnet_core.io.maps import map_yamls, read_map
-from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import read_poses
 from fpnet_core.plain_files import regular
 from fpnet_core.sites.site_files import read_site
 

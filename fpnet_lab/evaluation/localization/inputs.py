@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fpnet.recordings.opening import open_scans
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap

@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet.bag_writer import BagWriter, Storage
+from fpnet.recordings.opening import BAG_NAME
+from fpnet.recordings.trajectories import write_tum
+from fpnet.recordings.truth import RESOLUTION_KEY, TRUTH_NAME, TRUTH_POSES_NAME
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_core.io.recordings import BAG_NAME
 from fpnet_core.io.scans import Scan
-from fpnet_core.io.trajectories import write_tum
-from fpnet_core.io.truth import RESOLUTION_KEY, TRUTH_NAME, TRUTH_POSES_NAME
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.buildings.building import Building

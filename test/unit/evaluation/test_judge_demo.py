@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.runs import write_output
-from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_lab.evaluation.demo import rate_demo, read_ticks
 

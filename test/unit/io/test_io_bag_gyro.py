@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fpnet.bag_writer import BagWriter
-from fpnet_core.io.recordings import open_scans
+from fpnet.recordings.opening import open_scans
 from fpnet_core.stamps import NS_PER_S
 
 START_NS = 1_750_000_000 * NS_PER_S

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.posed_scans import PosedScans
+from fpnet.recordings.trajectories import Trajectory
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.io.posed_scans import PosedScans
-from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import Trajectory
 from fpnet_core.odometry import KissOdometry
 
 SWEEPS = 20

@@ -14,11 +14,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from fpnet.api.run import scans_of
 from fpnet.bag_writer import BagWriter
+from fpnet.recordings.opening import open_scans
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
 from fpnet_core.io.bags import BagReader
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.types import GridMap
 
 STORAGES = ('sqlite3', 'mcap')

@@ -8,9 +8,9 @@ from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
+from fpnet.recordings import carmen
+from fpnet.recordings.opening import open_scans
 from fpnet_core.errors import CloudFormatError
-from fpnet_core.io import carmen
-from fpnet_core.io.recordings import open_scans
 
 X, Y, YAW = 1.5, -2.25, 0.7
 

@@ -5,11 +5,11 @@
 import numpy as np
 import pytest
 
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.posed_scans import PosedScans
+from fpnet.recordings.trajectories import Trajectory, read_poses, write_tum
 from fpnet_core.errors import OdometryError
-from fpnet_core.io.posed_scans import PosedScans
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import Scan
-from fpnet_core.io.trajectories import Trajectory, read_poses, write_tum
 
 COUNT = 5
 XY = np.stack([np.arange(COUNT), np.zeros(COUNT)], axis=1)

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
+from fpnet.recordings.opening import bag_within
+from fpnet.recordings.truth import RESOLUTION_KEY, check_truth
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.recordings import bag_within
-from fpnet_core.io.truth import RESOLUTION_KEY, check_truth
 
 
 def test_the_bag_of_a_simulated_recording_is_found(tmp_path):

@@ -6,9 +6,9 @@ from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
+from fpnet.recordings.opening import open_scans
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.errors import CloudFormatError, OdometryError
-from fpnet_core.io.recordings import open_scans
-from fpnet_core.io.trajectories import write_tum
 
 RNG = np.random.default_rng(2)
 CLOUDS = [RNG.normal(size=(20, 3)).astype(np.float32) for _ in range(12)]

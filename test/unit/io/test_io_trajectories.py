@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
+from fpnet.recordings.trajectories import read_poses, read_tum, write_tum
 from fpnet_core.errors import OdometryError
-from fpnet_core.io.trajectories import read_poses, read_tum, write_tum
 
 STAMPS = np.array([1_630_577_758_569_490_123, 1_630_577_759_000_000_007])
 XY = np.array([[1.25, -7.5], [2.5, 3.75]])

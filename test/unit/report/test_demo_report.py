@@ -7,9 +7,9 @@ import json
 import pytest
 
 from fpnet.cli import main
+from fpnet.recordings.trajectories import write_tum
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.runs import write_output
-from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.cli import demo
 
 

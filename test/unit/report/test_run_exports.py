@@ -10,12 +10,12 @@ import numpy as np
 from planted import A_PLAN_SUBMAP
 import pytest
 
+from fpnet.recordings.trajectories import read_tum, write_tum
 from fpnet.report import write_run_exports
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.types import FREE, OCCUPIED
 
 COVARIANCES = np.stack([np.diag([0.01, 0.04, 0.0009]), np.diag([0.02, 0.05, 0.001])])

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 import shapely
 
+from fpnet.recordings.opening import open_scans
 from fpnet_core.errors import ConfigError
-from fpnet_core.io.recordings import open_scans
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.sim.buildings.meshes import merge_meshes
 from fpnet_lab.sim.buildings.openings import walkable_area

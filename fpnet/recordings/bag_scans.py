@@ -14,15 +14,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet.recordings.bag_gyro import BagGyro
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
-from fpnet_core.io.bag_gyro import BagGyro
 from fpnet_core.io.bags import BagReader, first_frame
 from fpnet_core.io.message_types import (
     ODOMETRY,
-    POINT_CLOUD,
     POSE,
     SCANS,
     TRANSFORMS,
@@ -32,12 +31,12 @@ from fpnet_core.io.pointcloud2 import CloudArrays, decode_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_core.io.topic_names import (
-    KISS_FRAME,
     KISS_ODOMETRY,
     TF_STATIC_TOPIC,
     TF_TOPIC,
     TRUTH_TOPICS,
     is_registered,
+    usable_clouds,
 )
 from fpnet_core.stamps import NS_PER_S
 
@@ -188,15 +187,6 @@ class Tally:
                 self._past,
                 total,
             )
-
-
-def usable_clouds(topics: dict[str, str]) -> list[str]:
-    """Return the topics with clouds that the localizer can use; ``topics`` maps to types."""
-    clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
-    # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it can replace it. Its
-    # keypoints and local map are not scans.
-    raw = [topic for topic in clouds if not is_registered(topic)]
-    return raw or [topic for topic in clouds if topic.endswith(KISS_FRAME)]
 
 
 def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:

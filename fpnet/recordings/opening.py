@@ -57,17 +57,17 @@ def open_scans(
     except OSError as error:
         raise CloudFormatError(said_of_system(error)) from None
     if _is_bag(path):
-        from fpnet_core.io.bag_lasers import open_bag
+        from fpnet.recordings.bag_lasers import open_bag
 
         return open_bag(path, topics, odometry_topic, truth_topic, scan_stamp)
     if topics or odometry_topic or truth_topic:
         raise CloudFormatError(f'{path} is not a bag; topics can only be chosen in a bag')
     if path.is_dir():
-        from fpnet_core.io.scan_folders import FolderScans
+        from fpnet.recordings.scan_folders import FolderScans
 
         return FolderScans(path)
     if path.name.lower().endswith(_CARMEN_SUFFIXES):
-        from fpnet_core.io.carmen import CarmenScans
+        from fpnet.recordings.carmen import CarmenScans
 
         return CarmenScans(path)
     raise CloudFormatError(

@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet.recordings.trajectories import KITTI_PERIOD_NS, Trajectory, read_poses
 from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.io.arrays import ArrayArchive
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.scans import Scan
-from fpnet_core.io.trajectories import KITTI_PERIOD_NS, Trajectory, read_poses
 
 _POSE_SUFFIXES = ('.csv', '.txt', '.tum')
 

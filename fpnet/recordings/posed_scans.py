@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 
+from fpnet.recordings.trajectories import Trajectory
 from fpnet_core.errors import OdometryError
 from fpnet_core.io.scans import Scan, ScanSource
-from fpnet_core.io.trajectories import Trajectory
 from fpnet_core.stamps import NS_PER_S
 
 _SAME_TIME_NS = 50_000_000  # chosen: half a sweep; KISS-ICP writes times of recording

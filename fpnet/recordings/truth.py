@@ -8,9 +8,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fpnet.recordings.trajectories import read_tum
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.trajectories import read_tum
 from fpnet_core.plain_files import regular
 from fpnet_core.trajectory import PlanarTrajectory
 

@@ -12,25 +12,25 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import ScanStamp
-from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree
-from fpnet_core.io.bag_gyro import BagGyro
-from fpnet_core.io.bag_scans import (
+from fpnet.recordings.bag_gyro import BagGyro
+from fpnet.recordings.bag_scans import (
     BagScans,
     Tally,
     choose_odometry,
     read_odometry,
     read_static_transforms,
     read_track,
-    usable_clouds,
 )
+from fpnet_core.config import ScanStamp
+from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
+from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.bags import BagReader, first_frame
 from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY
 from fpnet_core.io.messages import stamp_to_ns
 from fpnet_core.io.scans import Scan, ScanSource
+from fpnet_core.io.topic_names import usable_clouds
 
 _log = logging.getLogger(__name__)
 
