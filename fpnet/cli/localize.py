@@ -119,9 +119,8 @@ def command(
     as odometry; with --odometry both they initialize and check KISS-ICP.
 
     Exits with 0 if localized at the end, with 3 if not (after printing likely causes and next
-    commands), and with 1 on errors. --out writes report.html, run.json, poses.tum (on the final
-    storey), covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, differences.geojson,
-    and rooms.csv if the plan names rooms.
+    commands), and with 1 on errors. --out writes a report, poses, maps, a bag, differences, and
+    rooms.csv if the plan names rooms.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
