@@ -37,7 +37,7 @@ from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY
 from fpnet_core.localizer.state import read_state
 from fpnet_core.types import GridMap
 from fpnet_lab.cli.reports import finish, script_parser
-from fpnet_ros.processes import (
+from fpnet_lab.nodes.processes import (
     Child,
     ProcessGroup,
     free_domain_id,

@@ -27,7 +27,7 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_lab.cli.reports import finish, script_parser
-from fpnet_ros.processes import free_domain_id, private_environment, share_file
+from fpnet_lab.nodes.processes import free_domain_id, private_environment, share_file
 from fpnet_ros.runtime import STREAM, sensor_data
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg

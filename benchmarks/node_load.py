@@ -37,9 +37,7 @@ from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import script_parser, write_report
-from fpnet_lab.scores import Score, Table, Unit, Units
-from fpnet_lab.sim.drives.recording import make_recording
-from fpnet_ros.processes import (
+from fpnet_lab.nodes.processes import (
     Child,
     ProcessGroup,
     free_domain_id,
@@ -47,6 +45,8 @@ from fpnet_ros.processes import (
     private_environment,
     ros_arguments,
 )
+from fpnet_lab.scores import Score, Table, Unit, Units
+from fpnet_lab.sim.drives.recording import make_recording
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.diagnostics import LocalizerReport, report_from_msg

@@ -46,10 +46,7 @@ from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import print_scores, script_parser, write_report
-from fpnet_lab.scores import Score, Unit, Units
-from fpnet_lab.sim.drives.robots import BASE, PLANAR, Drive, Robot, Sensor, place
-from fpnet_lab.sim.drives.scanning import EPOCH_NS
-from fpnet_ros.processes import (
+from fpnet_lab.nodes.processes import (
     Child,
     ProcessGroup,
     free_domain_id,
@@ -57,6 +54,9 @@ from fpnet_ros.processes import (
     private_environment,
     ros_arguments,
 )
+from fpnet_lab.scores import Score, Unit, Units
+from fpnet_lab.sim.drives.robots import BASE, PLANAR, Drive, Robot, Sensor, place
+from fpnet_lab.sim.drives.scanning import EPOCH_NS
 from fpnet_ros.runtime import STATUS, STREAM, TF, TF_STATIC
 from fpnet_ros.wiring import wired
 from msg_adapters.diagnostics import report_from_msg

@@ -3,8 +3,8 @@
 """
 ``fpnet demo``: simulate a recording, run all nodes on it, evaluate the published poses.
 
-The nodes belong to another package that the core does not import; they run in a separate process
-(``python -m fpnet_ros.demo``), which writes files for the evaluation here.
+The nodes run in a separate process (``python -m fpnet_lab.nodes.session``), which writes files for
+the evaluation here: this module imports no ROS.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fpnet_core.types import Segmentation
     from fpnet_lab.evaluation.demo import DemoRun
 
-_SESSION_MODULE = 'fpnet_ros.demo'
+_SESSION_MODULE = 'fpnet_lab.nodes.session'
 _GRACE_S = 30.0  # the session needs up to half of this to shut down its nodes; chosen
 
 

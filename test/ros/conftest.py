@@ -36,7 +36,7 @@ rclpy = pytest.importorskip('rclpy')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 
-from fpnet_ros.processes import (  # noqa: E402
+from fpnet_lab.nodes.processes import (  # noqa: E402
     Child,
     ProcessGroup,
     free_domain_id,

@@ -45,7 +45,7 @@ def short_recording(excerpt, tmp_path_factory) -> Path:
 
 def _start(recording: Path, floorplan: Path, out: Path) -> subprocess.Popen:
     out.mkdir()
-    command = [sys.executable, '-m', 'fpnet_ros.demo', recording / 'bag', floorplan, out]
+    command = [sys.executable, '-m', 'fpnet_lab.nodes.session', recording / 'bag', floorplan, out]
     return subprocess.Popen(
         list(map(str, command)),
         cwd=ROOT,

@@ -20,11 +20,11 @@ from fpnet_core.config import Section
 from fpnet_core.config_docs import config_fields
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
 from fpnet_core.types import Status
-from fpnet_ros import processes
+from fpnet_lab.nodes import processes
+from fpnet_lab.nodes.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
 from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.params import describe
-from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.runtime import ErrorLog, LossLog, SilenceLog, StatusLog
 from fpnet_ros.state_file import StateFile
 from fpnet_ros.work import DroppingWorker, Numbering, Worker
@@ -298,11 +298,11 @@ class TestProcesses:
     def test_children_end_where_the_parent_is_killed(self, tmp_path):
         script = (
             'import os, sys, time; from pathlib import Path;'
-            'from fpnet_ros.processes import ProcessGroup;'
+            'from fpnet_lab.nodes.processes import ProcessGroup;'
             f'group = ProcessGroup(Path({str(tmp_path)!r}), os.environ);'
             f'print(group.start("child", {SLEEP!r}).process.pid, flush=True); time.sleep(600)'
         )
-        root = Path(processes.__file__).parents[1]
+        root = Path(processes.__file__).parents[2]
         with subprocess.Popen(
             [sys.executable, '-c', script], stdout=subprocess.PIPE, text=True, cwd=root
         ) as parent:

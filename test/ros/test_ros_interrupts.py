@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from fpnet_ros.processes import free_domain_id, private_environment
+from fpnet_lab.nodes.processes import free_domain_id, private_environment
 
 # Node after node in one process: the second signal comes one line later each time, until there
 # is no line left. Only the lines of what runs and ends a node are counted.

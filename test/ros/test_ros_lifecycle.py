@@ -12,8 +12,8 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from std_msgs.msg import String
 
 from fpnet_core.errors import MapFormatError
+from fpnet_lab.nodes.processes import free_domain_id
 from fpnet_ros.lifecycle import ManagedNode, spin
-from fpnet_ros.processes import free_domain_id
 from fpnet_ros.runtime import described
 
 pytestmark = pytest.mark.ros

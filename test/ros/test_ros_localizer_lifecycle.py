@@ -13,10 +13,10 @@ import rclpy
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.localizer import Localizer
+from fpnet_lab.nodes.processes import free_domain_id
 from fpnet_ros import localizer as module
 from fpnet_ros.floorplans import ServedPlan
 from fpnet_ros.localizer import LocalizerNode
-from fpnet_ros.processes import free_domain_id
 from fpnet_ros.runtime import LATCHED
 from fpnet_ros.state_file import StateFile
 from msg_adapters.scales import GridScale

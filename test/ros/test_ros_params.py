@@ -13,10 +13,10 @@ from std_msgs.msg import String
 import yaml
 
 from fpnet_core.config import FpnetConfig, Section
+from fpnet_lab.nodes.processes import free_domain_id
 from fpnet_ros.known_parameters import node_sections
 from fpnet_ros.parameter_file import render_parameter_file
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.processes import free_domain_id
 from fpnet_ros.replay import ReplayNode
 from fpnet_ros.settings import LIVE, LocalizerParameters
 

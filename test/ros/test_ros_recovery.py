@@ -28,7 +28,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.localizer.state import read_state
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap, Status
-from fpnet_ros.processes import node_command
+from fpnet_lab.nodes.processes import node_command
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM
 from fpnet_ros.settings import LocalizerParameters
 from msg_adapters.clouds import cloud_to_msg

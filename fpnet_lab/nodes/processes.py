@@ -29,7 +29,7 @@ from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
 
 PACKAGE = 'fpnet_ros'
 
-_ROOT = Path(__file__).resolve().parents[1]
+_ROOT = Path(__file__).resolve().parents[2]
 _PR_SET_PDEATHSIG = 1  # given: linux/prctl.h
 _LIBC = ctypes.CDLL(None)
 # Chosen, not measured:

@@ -4,7 +4,7 @@
 Program that runs all nodes over a recording, each in a process of its own, over DDS.
 
 ``fpnet demo`` simulates the recording, runs this program and evaluates the result; it is a
-separate program because the core imports no ROS. It starts ``floorplan_server``, ``odometry``,
+separate program because commands import no ROS. It starts ``floorplan_server``, ``odometry``,
 ``localizer`` and ``replay`` in a private ROS domain, subscribes to ``/floorplan_pose``, and writes
 
 - ``poses.tum``: every published pose, in the frame of the floorplan;
@@ -30,8 +30,8 @@ from fpnet_core.errors import BagFormatError, FpnetError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import LASER_SCAN, POINT_CLOUD
 from fpnet_core.io.topic_names import KISS_FRAME
-from fpnet_ros.monitor import Monitor
-from fpnet_ros.processes import (
+from fpnet_lab.nodes.monitor import Monitor
+from fpnet_lab.nodes.processes import (
     Child,
     ProcessGroup,
     free_domain_id,
@@ -200,7 +200,7 @@ def _follow(
 
 
 def _parse(arguments: Sequence[str] | None) -> SessionOptions:
-    parser = argparse.ArgumentParser(prog='python -m fpnet_ros.demo', description=__doc__)
+    parser = argparse.ArgumentParser(prog='python -m fpnet_lab.nodes.session', description=__doc__)
     parser.add_argument('bag', type=Path)
     parser.add_argument('floorplan', type=Path)
     parser.add_argument('out', type=Path)
