@@ -29,7 +29,6 @@ from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.checkup import findings_to_msg
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
-from fpnet_ros.live_view import ViewTopics
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
@@ -115,7 +114,6 @@ class LocalizerOutputs:
         self._submap = add(OccupancyGrid, '~/submap', LATCHED)
         self._scaled = add(OccupancyGrid, '~/floorplan_scaled', LATCHED)
         self._tf = add(TFMessage, TF_TOPIC, TF) if TFMessage else None
-        self._view = ViewTopics(node)
 
     def forget_path(self) -> None:
         """Start a new path, after the floorplan was replaced."""
@@ -134,7 +132,6 @@ class LocalizerOutputs:
         covariance in ``map``.
         """
         scan, frame, located = moment.scan, moment.frame, moment.located
-        self._view.saw(scan, located)
         if scan is None or frame is None or located is None:
             self.forget_pose()
             return
@@ -170,9 +167,8 @@ class LocalizerOutputs:
         self._tf.publish(TFMessage(transforms=[transform]))
 
     def publish_tick(self, moment: StampedOutput) -> None:
-        """Publish live view, path, goal, submap and markers of an update, if subscribed."""
+        """Publish path, goal, submap and markers of an update, if subscribed."""
         frame, output = moment.frame, moment.output
-        self._view.show(moment.snapshot)
         if frame is None:
             return
         if output.A_plan_odom is not None and self._path_publisher.get_subscription_count():

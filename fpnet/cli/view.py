@@ -6,8 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
-from importlib.metadata import entry_points
 from pathlib import Path
 import threading
 import time
@@ -25,22 +23,12 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
 
-LIVE_NODES = 'fpnet.live_nodes'
-"""
-Entry-point group of functions that take a namespace, possibly empty, and yield the state of a
-running localizer (:mod:`fpnet_core.io.serialization`) and lines about it.
-"""
-
 _Input = Annotated[
-    Path | None,
+    Path,
     typer.Argument(
-        metavar='[INPUT]',
+        metavar='INPUT',
         help='Recording, as for fpnet localize, or a folder written by its --out.',
     ),
-]
-_NodesOption = Annotated[bool, typer.Option('--nodes', help='Show the running localizer node.')]
-_NamespaceOption = Annotated[
-    str, typer.Option('--namespace', metavar='NS', help='Namespace of the node.')
 ]
 _RateOption = Annotated[
     float,
@@ -54,9 +42,7 @@ _EndOption = Annotated[
 @common.reads_drawing
 def command(
     said: common.DrawingOptions,
-    source: _Input = None,
-    nodes: _NodesOption = False,
-    namespace: _NamespaceOption = '',
+    source: _Input,
     floorplan: common.FloorplanOption = None,
     rate: _RateOption = 1.0,
     port: common.PortOption = common.DEFAULT_PORT,
@@ -70,20 +56,12 @@ def command(
 
     The page shows the floorplan, the growing submap, the best placements, the status with its
     reason, and everything else in a report. It is served on 127.0.0.1, for this machine only, and
-    loads nothing from the network. --nodes shows the running localizer node, on this machine or
-    another one in the ROS domain.
+    loads nothing from the network. RViz and Foxglove show a running node (docs/ros.md).
 
     Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
 
     Example: fpnet view out/run --rate 4
-
-    Example: fpnet view --nodes --namespace /robot_1
     """
-    if nodes is (source is not None):
-        raise ConfigError('give a recording, the folder of a run, or --nodes')
-    if source is None:
-        _watch_nodes(namespace, port, end)
-        return
     report = common.check_input(source) / common.REPORT_NAME
     if report.is_file():
         _show_again(report, port, rate, end)
@@ -129,20 +107,6 @@ def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
             RunRecord('', '', run.rooms, known.outputs, known.published, odometry=known.odometry)
         )
     live.end(f'ended: {run.last.said}')
-
-
-def _watch_nodes(namespace: str, port: int, end: bool) -> None:
-    """Show a running localizer until it stops."""
-    from fpnet.report.watched import WatchedRun
-
-    viewers = list(entry_points(group=LIVE_NODES))
-    if not viewers:
-        raise ConfigError('--nodes needs ROS, which is not installed; give a recording')
-    with WatchedRun(port, partial(typer.echo, err=True)) as watched:
-        for heard in viewers[0].load()(namespace):
-            watched.take(heard)
-        watched.end('the localizer has stopped')
-        _stay(end)
 
 
 def _show_again(report: Path, port: int, rate: float, end: bool) -> None:

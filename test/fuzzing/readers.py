@@ -622,30 +622,6 @@ def _read_run(path: Path) -> object:
     return rate_demo(path, path), read_ticks(path)
 
 
-def _write_parcel(folder: Path) -> Path:
-    from fpnet_core.geometry import SE2
-    from fpnet_core.io.serialization import ShownTick, packed
-    from fpnet_core.trajectory import PlanarTrajectory
-    from fpnet_core.types import LocalizerOutput, Status
-
-    nowhere = PlanarTrajectory.empty()
-    update = ShownTick(1, LocalizerOutput(10**9, Status.SEARCHING), SE2.identity(), nowhere)
-    path = folder / 'tick.bin'
-    path.write_bytes(packed(update))
-    return path
-
-
-def _read_parcel(path: Path) -> object:
-    from fpnet_core.io.serialization import ShownTick, unpacked
-
-    return unpacked(ShownTick, path.read_bytes())
-
-
-def _damage_parcel(data: bytes, rng: np.random.Generator) -> bytes:
-    """Damage what is inside, and pack it again."""
-    return zlib.compress(damage_archive(zlib.decompress(data), rng))
-
-
 _TEXT, _YAML = (damage_bytes, damage_text), (damage_yaml,)
 _ARCHIVE = (damage_bytes, damage_archive, damage_archive)
 _ARRAY = (damage_bytes, _damage_npy_file)
@@ -744,7 +720,6 @@ READERS: tuple[Reader, ...] = (
     Reader('training state', '.safetensors', _write_training_state, _read_training_state),
     Reader('saved state', '.npz', _write_state, _read_state, _ARCHIVE),
     Reader('run folders', 'ticks', _write_run, _read_run, _ARCHIVE, '*.npz'),
-    Reader('run folders', 'live', _write_parcel, _read_parcel, (damage_bytes, _damage_parcel)),
     Reader('run folders', 'JSON and TUM', _write_run, _read_run, _TEXT, '*.[tj]*'),
 )
 

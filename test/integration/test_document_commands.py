@@ -66,8 +66,6 @@ ELSEWHERE = {
         'test/integration/test_library_cli.py::'
         'test_a_library_is_built_and_names_the_building_that_was_seen'
     ),
-    'fpnet view --nodes': 'test/ros/test_ros_live_view.py::'
-    'test_a_page_follows_a_running_localizer_to_its_end',
     'fpnet simulate stats --plot stats.png': 'test/unit/cli/test_cli_simulate_plans.py::'
     'test_stats_compare_with_labelled_drawings',
     'fpnet bench segmentation': 'test/real/test_real_segmentation.py::'
