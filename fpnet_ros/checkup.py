@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
@@ -31,21 +31,23 @@ from fpnet_core.printable import printable
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import STALE_INPUT_S, TF_STATIC, sensor_data
+from fpnet_ros.runtime import TF_STATIC, sensor_data
+from fpnet_ros.settings import STALE_INPUT_S
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 
 DOCTOR = 'fpnet_doctor'
-"""Name of the node of ``fpnet doctor``, which only subscribes."""
+"""Given: name of the node of ``fpnet doctor``, which only subscribes."""
 
 # Chosen, not measured:
 _DISCOVERY_S = 5.0  # until existing publishers are discovered
-_SWEEPS = 5  # checked for the mount of the scanner
-_POINTS = 2000  # of each sweep
+_SWEEPS, _POINTS = 5, 2000  # checked for the mount of the scanner; points of each
 _STAMPS = 10  # of scans, compared with the clock
 _TF_QUEUE = 100  # TF messages that may wait
 _TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two checked messages; of received transforms
+
 _BASE, _SENSOR = 'base', 'sensor'
 _EMPTY = SeenScan(_SENSOR, 0, np.zeros((0, 3), dtype=np.float32), None)
+_NO_STAMPS = np.zeros(0, dtype=np.int64)
 
 
 class SweepCheckup:
@@ -53,16 +55,12 @@ class SweepCheckup:
     Checks the first cloud of the odometry node, which alone reads the times of points.
 
     The findings go to the diagnostics only: ``SweepStamps`` logs its assumptions without times.
-
-    Parameters
-    ----------
-    topic
-        Topic of the clouds.
+    ``findings`` is None before the first cloud on ``topic``.
     """
 
     def __init__(self, topic: str) -> None:
         self._topic = topic
-        self.findings: list[Finding] | None = None  # None before the first cloud
+        self.findings: list[Finding] | None = None
 
     def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
         """Check the first non-empty cloud: points ``(P, 3)`` [m], times ``(P,)`` [s]."""
@@ -102,12 +100,11 @@ class Checkup:
         self._is_blind = False
         self._returned_s: float | None = None  # of the last scan with a return, or the first
         if TFMessage is not None:
-            self._heard |= {
-                node.resolve_topic_name(name): TRANSFORMS for name in (TF_TOPIC, TF_STATIC_TOPIC)
-            }
+            tf, static = map(node.resolve_topic_name, (TF_TOPIC, TF_STATIC_TOPIC))
+            self._heard |= {tf: TRANSFORMS, static: TRANSFORMS}
             add = partial(node.add_subscription, TFMessage, raw=True)
             add(TF_TOPIC, self._on_tf, sensor_data(_TF_QUEUE))
-            add(TF_STATIC_TOPIC, self._on_static, TF_STATIC)
+            add(TF_STATIC_TOPIC, partial(self._take_transforms, is_static=True), TF_STATIC)
 
     def hear(self, stamp_ns: int) -> None:
         """Note a scan's stamp on arrival, before it waits: the wait is not a clock offset."""
@@ -122,25 +119,25 @@ class Checkup:
                 self._returned_s = time.monotonic()
             self._is_blind = time.monotonic() - self._returned_s > STALE_INPUT_S
             if len(self._sweeps) < _SWEEPS and len(points):
-                step = max(1, len(points) // _POINTS)
                 is_planar = float(np.ptp(points[:, 2])) == 0.0
-                kept = points[::step].copy()
-                self._sweeps.append(
-                    SeenScan(_SENSOR, scan.stamp_ns, kept, None, is_planar=is_planar)
-                )
+                kept = points[:: max(1, len(points) // _POINTS)].copy()
+                sweep = SeenScan(_SENSOR, scan.stamp_ns, kept, None, is_planar=is_planar)
+                self._sweeps.append(sweep)
                 self._mount = np.linalg.inv(scan.T_odom_base) @ scan.T_odom_sensor
 
     def findings(self) -> list[Finding]:
         """Return all current findings; log new ones with their remedies."""
         seen = self._observed()
-        checks = (check_qos, check_tree, check_clocks)
-        found = [finding for check in checks for finding in check(seen)]
-        found += self._scanner_findings(seen)
+        found = [*check_qos(seen), *check_tree(seen), *check_clocks(seen)]
+        if self._scanner_found is None and len(seen.sweeps) >= _SWEEPS:
+            self._scanner_found = [*check_unit(seen), *check_mount(seen)]
+        found += self._scanner_found or ()
         if self._is_blind:
             found += check_returns(replace(seen, sweeps=(_EMPTY,)))
-        if self._is_settled:
+        is_settled = time.monotonic() - self._begun_s >= _DISCOVERY_S
+        if is_settled:
             found += check_time(seen)
-        found += self._unpublished(seen)
+        found += self._unpublished(seen, is_settled)
         for finding in found:
             if (key := (finding.problem, finding.where)) not in self._logged:
                 self._logged.add(key)
@@ -148,78 +145,53 @@ class Checkup:
                 self._node.get_logger().warning(said)
         return found
 
-    def _scanner_findings(self, seen: Observed) -> list[Finding]:
-        """Return the findings about the scanner and its mount, which are checked once."""
-        if self._scanner_found is None:
-            if len(seen.sweeps) < _SWEEPS:
-                return []
-            self._scanner_found = [*check_unit(seen), *check_mount(seen)]
-        return self._scanner_found
-
-    @property
-    def _is_settled(self) -> bool:
-        """Whether existing publishers have been discovered."""
-        return time.monotonic() - self._begun_s >= _DISCOVERY_S
-
-    def _unpublished(self, seen: Observed) -> list[Finding]:
+    def _unpublished(self, seen: Observed, is_settled: bool) -> list[Finding]:
         """Return a finding for each unpublished input; it names topics of the same type."""
         self._published |= {topic.name for topic in seen.topics if topic.offers}
         missing = [
-            topic
+            topic.name
             for topic in seen.topics
             if topic.name in self._topics
-            if not topic.offers and (self._is_settled or topic.name in self._published)
+            if not topic.offers and (is_settled or topic.name in self._published)
         ]
         if not missing:
             return []
-        node, none = self._node, np.zeros(0, dtype=np.int64)
-        kinds = {name: kind for name, (kind, *_) in node.get_topic_names_and_types()}
+        node = self._node
         others = [
-            Topic(name, kind, none, none)
-            for name, kind in kinds.items()
+            Topic(name, kind, _NO_STAMPS, _NO_STAMPS)
+            for name, (kind, *_) in node.get_topic_names_and_types()
             if name not in self._topics and not name.startswith(node.get_fully_qualified_name())
             if node.count_publishers(name)
         ]
-        everything = replace(seen, topics=(*seen.topics, *others))
-        return list(check_published(everything, [topic.name for topic in missing]))
+        return list(check_published(replace(seen, topics=(*seen.topics, *others)), missing))
 
     def _observed(self) -> Observed:
         with self._lock:
-            sweeps, mount = list(self._sweeps), self._mount
-        times = np.array(self._stamps, dtype=np.int64).reshape(-1, 2)
-        kinds = {**self._topics, **self._heard}
-        topics = [self._topic(name, kind, times) for name, kind in kinds.items()]
-        transforms = self._heard_transforms()
+            sweeps, mount = tuple(self._sweeps), self._mount
+        # Static transforms, and those received a short time ago.
+        oldest_s, heard = time.monotonic() - _TF_MEMORY_S, list(self._transforms.values())
+        transforms = [each for each, at_s in heard if each.is_static or at_s > oldest_s]
         if mount is not None and not np.array_equal(mount, np.eye(4)):
             transforms.append(Transform(_BASE, _SENSOR, mount, is_static=True))
+        topics = tuple(self._topic(*each) for each in {**self._topics, **self._heard}.items())
         return Observed(
-            0.0,
-            tuple(topics),
-            self._scans,
-            transforms=tuple(transforms),
-            sweeps=tuple(sweeps),
-            is_live=True,
+            0.0, topics, self._scans, transforms=tuple(transforms), sweeps=sweeps, is_live=True
         )
 
-    def _topic(self, name: str, kind: str, times: NDArray[np.int64]) -> Topic:
-        node, is_scans = self._node, name == self._scans
-        own = [s for s in node.get_subscriptions_info_by_topic(name) if self._is_own(s)]
+    def _topic(self, name: str, kind: str) -> Topic:
+        node, stamps_ns = self._node, np.array(self._stamps, dtype=np.int64).reshape(-1, 2)
+        own = [
+            each
+            for each in node.get_subscriptions_info_by_topic(name)
+            if (each.node_namespace, each.node_name) == (node.get_namespace(), node.get_name())
+        ]
         return Topic(
             name,
             kind,
-            times[:, 0] if is_scans else np.zeros(0, dtype=np.int64),
-            times[:, 1] if is_scans else np.zeros(0, dtype=np.int64),
+            *(stamps_ns.T if name == self._scans else (_NO_STAMPS, _NO_STAMPS)),
             offers=offers_of(node.get_publishers_info_by_topic(name)),
             requests=offers_of(own),
         )
-
-    def _is_own(self, endpoint: Any) -> bool:
-        node = self._node
-        whose = endpoint.node_namespace, endpoint.node_name
-        return whose == (node.get_namespace(), node.get_name())
-
-    def _on_static(self, data: bytes) -> None:
-        self._take_transforms(data, is_static=True)
 
     def _on_tf(self, data: bytes) -> None:
         # A sample suffices: a node that overwrites a frame does so repeatedly.
@@ -235,26 +207,18 @@ class Checkup:
         except ValueError:
             return  # the lookup of the transform reports it
 
-    def _heard_transforms(self) -> list[Transform]:
-        """Return static transforms and those received within ``_TF_MEMORY_S``."""
-        oldest_s = time.monotonic() - _TF_MEMORY_S
-        return [
-            each
-            for each, heard_s in list(self._transforms.values())
-            if each.is_static or heard_s > oldest_s
-        ]
-
 
 def offers_of(endpoints: Iterable[TopicEndpointInfo]) -> tuple[Offer, ...]:
     """Return QoS and node name of publishers or subscribers, without ``fpnet doctor``'s own."""
-    return tuple(_offer(each) for each in endpoints if each.node_name != DOCTOR)
-
-
-def _offer(endpoint: TopicEndpointInfo) -> Offer:
-    qos: QoSProfile = endpoint.qos_profile
-    is_latched = qos.durability is QoSDurabilityPolicy.TRANSIENT_LOCAL
-    is_reliable = qos.reliability is not QoSReliabilityPolicy.BEST_EFFORT
-    return Offer(endpoint.node_name, is_reliable, is_latched)
+    return tuple(
+        Offer(
+            each.node_name,
+            each.qos_profile.reliability is not QoSReliabilityPolicy.BEST_EFFORT,
+            each.qos_profile.durability is QoSDurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        for each in endpoints
+        if each.node_name != DOCTOR
+    )
 
 
 def findings_to_msg(name: str, findings: Sequence[Finding]) -> Any:

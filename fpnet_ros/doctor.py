@@ -41,48 +41,37 @@ def listen(seconds: float, scans: str = '', odometry: str = '') -> Observed:
     context = rclpy.Context()
     rclpy.init(context=context)
     try:
-        node = Node(DOCTOR, context=context)
-        listener = Listener(node)
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(node)
-        _spin(executor, _DISCOVERY_S)
-        _spin(executor, _PATIENCE_S - _DISCOVERY_S, listener.sees_scans)
+        listener = _Listener(Node(DOCTOR, context=context))
+        listener.spin(_DISCOVERY_S)
+        listener.spin(_PATIENCE_S - _DISCOVERY_S, listener.sees_scans)
         listener.start(scans, odometry)
-        _spin(executor, seconds)
+        listener.spin(seconds)
         return listener.observed(seconds)
     finally:
         context.try_shutdown()
 
 
-def _spin(
-    executor: SingleThreadedExecutor, seconds: float, is_enough: Callable[[], bool] = lambda: False
-) -> None:
-    deadline = time.monotonic() + seconds
-    while (left_s := deadline - time.monotonic()) > 0.0 and not is_enough():
-        executor.spin_once(timeout_sec=min(left_s, _POLL_S))
-
-
-class Listener:
-    """
-    Subscribes to the checked topics, with QoS that matches every publisher.
-
-    Parameters
-    ----------
-    node
-        Set to simulated time if ``/clock`` has a publisher, as the robot's nodes should be.
-    """
+class _Listener:
+    """Subscribes to the checked topics of a robot, with QoS that matches every publisher."""
 
     def __init__(self, node: Node) -> None:
-        self._node = node
-        self._observer = Observer({})
+        self._node, self._observer = node, Observer({})
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(node)
+
+    def spin(self, seconds: float, is_enough: Callable[[], bool] = lambda: False) -> None:
+        """Handle messages for some time, or until it is enough."""
+        deadline = time.monotonic() + seconds
+        while (left_s := deadline - time.monotonic()) > 0.0 and not is_enough():
+            self._executor.spin_once(timeout_sec=min(left_s, _POLL_S))
 
     def start(self, scans: str, odometry: str) -> None:
-        """Subscribe; call it after discovery."""
-        node = self._node
-        types = self._types()
+        """Subscribe, in simulated time if ``/clock`` has a publisher; call it after discovery."""
+        node, types = self._node, self._types()
         if node.count_publishers(CLOCK_TOPIC):
             node.set_parameters([Parameter('use_sim_time', value=True)])
-        subscribed = {name: kind for name, kind in types.items() if self._has_subscriber(name)}
+        has_subscriber = lambda name: offers_of(node.get_subscriptions_info_by_topic(name))  # noqa: E731
+        subscribed = {name: kind for name, kind in types.items() if has_subscriber(name)}
         self._observer = Observer(
             types,
             scans or likeliest_scans(subscribed) or likeliest_scans(types),
@@ -91,9 +80,8 @@ class Listener:
         for name in self._observer.topics:
             depth = ODOMETRY_QUEUE if types[name] in (IMU, ODOMETRY) else _QUEUE
             qos = TF_STATIC if name.endswith(TF_STATIC_TOPIC) else sensor_data(depth)
-            take = partial(self._take, name)
             if (kind := _KINDS.get(types[name])) is not None:  # None for TF without tf2_msgs
-                node.create_subscription(kind, name, take, qos)
+                node.create_subscription(kind, name, partial(self._take, name), qos)
 
     def sees_scans(self) -> bool:
         """Return whether a topic of scans has a publisher."""
@@ -104,16 +92,14 @@ class Listener:
 
     def observed(self, seconds: float) -> Observed:
         """Return everything received so far."""
-        wanted = self._observer.wanted((ODOMETRY, GRID), (*self._observer.tf, CLOCK_TOPIC))
-        offers = {n: offers_of(self._node.get_publishers_info_by_topic(n)) for n in wanted}
-        subscribed = {n: offers_of(self._node.get_subscriptions_info_by_topic(n)) for n in wanted}
-        return self._observer.observed(seconds, offers, subscribed, is_live=True)
+        node, observer = self._node, self._observer
+        wanted = observer.wanted((ODOMETRY, GRID), (*observer.tf, CLOCK_TOPIC))
+        offers = {n: offers_of(node.get_publishers_info_by_topic(n)) for n in wanted}
+        requests = {n: offers_of(node.get_subscriptions_info_by_topic(n)) for n in wanted}
+        return observer.observed(seconds, offers, requests, is_live=True)
 
     def _types(self) -> dict[str, str]:
         return {name: kinds[0] for name, kinds in self._node.get_topic_names_and_types()}
-
-    def _has_subscriber(self, name: str) -> bool:
-        return bool(offers_of(self._node.get_subscriptions_info_by_topic(name)))
 
     def _take(self, name: str, message: Any) -> None:
         self._observer.hear(name, self._node.get_clock().now().nanoseconds, message)

@@ -4,34 +4,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
 import signal
 import sys
 
 
-def localizer() -> int:
-    """Run the localizer and return the exit status."""
-    return _run('localizer')
-
-
-def odometry() -> int:
-    """Run the odometry and return the exit status."""
-    return _run('odometry')
-
-
-def floorplan_server() -> int:
-    """Run the floorplan server and return the exit status."""
-    return _run('floorplan_server')
-
-
-def replay() -> int:
-    """Run the replay of a recording and return the exit status."""
-    return _run('replay')
-
-
-def _run(name: str) -> int:
+def run(name: str) -> int:
     """
-    Import a node's module and run it.
+    Import a node's module, run it and return the exit status.
 
     The imports take a second. During that time signals have their default action and end the
     process without a traceback; the node then installs its own handlers.
@@ -41,5 +22,10 @@ def _run(name: str) -> int:
     return int(import_module(f'fpnet_ros.{name}').main())
 
 
+localizer = partial(run, 'localizer')
+odometry = partial(run, 'odometry')
+floorplan_server = partial(run, 'floorplan_server')
+replay = partial(run, 'replay')
+
 if __name__ == '__main__':
-    sys.exit(_run(sys.argv.pop(1)))
+    sys.exit(run(sys.argv.pop(1)))

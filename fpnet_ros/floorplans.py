@@ -97,17 +97,14 @@ class FloorplanInput:
             kept = '; the previous floorplan stays' if taken is not None else ''
             self._report(MapFormatError(f'the floorplan was refused: {error}{kept}'))
             return
-        stamp_ns = stamp_from_msg(msg.header.stamp)
-        fingerprint = plan_fingerprint(grid)
-        is_known = fingerprint == self._fingerprint
-        if taken is not None and is_known and taken.frame_id == frame_id:
+        stamp_ns, before = stamp_from_msg(msg.header.stamp), self._fingerprint
+        self._fingerprint = plan_fingerprint(grid)
+        if taken is not None and self._fingerprint == before and taken.frame_id == frame_id:
             # Its scale is unchanged too, unless a message with the new stamp changes it.
             self._taken = taken._replace(scale=replace(taken.scale, stamp_ns=stamp_ns))
             self._follow_scale()
             return
-        is_its = self._scale.stamp_ns == stamp_ns
-        scale = self._scale if is_its else GridScale(stamp_ns)
-        self._fingerprint = fingerprint
+        scale = self._scale if self._scale.stamp_ns == stamp_ns else GridScale(stamp_ns)
         self._pass_on(ServedPlan(grid, frame_id, scale))
 
     def _on_scale(self, msg: DiagnosticArray) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
 import time
@@ -14,8 +14,9 @@ from fpnet_core.io.topic_names import CLOCK_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput
-from fpnet_ros.large_clouds import LARGE_CLOUDS
-from fpnet_ros.runtime import STALE_INPUT_S, LossLog
+from fpnet_ros.logs import NodeLog
+from fpnet_ros.settings import STALE_INPUT_S
+from fpnet_ros.wiring import LARGE_CLOUDS
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 
@@ -45,10 +46,7 @@ class ClockSilence:
     """
     Time since simulated time last advanced: a paused recording, or no ``/clock`` at all.
 
-    Parameters
-    ----------
-    clock
-        The node's clock; system time always advances.
+    ``clock`` is the node's; system time always advances.
     """
 
     def __init__(self, clock: Any) -> None:
@@ -83,21 +81,15 @@ class Health:
         The inputs, and the worker that adds scans.
     clock
         The node's clock. While it stands still no other input counts as silent.
-    warn
-        Logs a line about lost scans.
+    log
+        Gets a line about lost scans.
     """
 
     def __init__(
-        self,
-        inputs: ScanInput,
-        scans: DroppingWorker[Any],
-        clock: Any,
-        warn: Callable[[str], Any],
+        self, inputs: ScanInput, scans: DroppingWorker[Any], clock: Any, log: NodeLog
     ) -> None:
-        self._inputs = inputs
+        self._inputs, self._scans, self._log = inputs, scans, log
         self._clock = ClockSilence(clock)
-        self._scans = scans
-        self._losses = LossLog(warn)
         self._scan_ns: int | None = None  # when a located scan was last added, by the node's clock
         self._scan_s = time.monotonic()  # the same by the monotonic clock
         self.is_starved = False
@@ -118,43 +110,41 @@ class Health:
         self.is_starved = last_ns is not None and now_ns - last_ns > scan_timeout_s * NS_PER_S
         return self.is_starved is not before
 
-    def report(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
-        """Return the report of an update; it warns about inputs silent for longer [s]."""
-        return self._report(output, self._silences(stale_input_s), stale_input_s)
-
     def news(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
-        """Return the same, with a warning about scans lost since the last call."""
-        lost = self._losses.follow(self._lost(), _REMEDIES)
-        warnings = [*lost, *self._silences(stale_input_s)]
-        return self._report(output, warnings, stale_input_s)
+        """Return :meth:`report`, with a warning about scans lost since the last call."""
+        return self.report(output, stale_input_s, self._log.losses(self._lost(), _REMEDIES))
 
-    def _report(
-        self, output: LocalizerOutput, warnings: list[str], stale_input_s: float
+    def report(
+        self, output: LocalizerOutput, stale_input_s: float, losses: Sequence[str] = ()
     ) -> LocalizerReport:
-        lost = self._lost()
+        """Return the report of an update; it warns about inputs silent for longer [s]."""
+        inputs, scans, lost = self._inputs, self._scans, self._lost()
+        ages_s = {CLOCK_TOPIC: self._clock.age_s, **self._clock.without(inputs.ages_s)}
+        silent = {name: age_s for name, age_s in ages_s.items() if age_s > stale_input_s}
+        silences = (f'no {n.removesuffix("_age_s")} for {s:.0f} s' for n, s in silent.items())
+        warning = ', '.join([*losses, *silences])
         figures = {
-            **self._inputs.ages_s,
-            'scan_ms': self._scans.work_ms,
-            'scans': float(self._scans.done),
+            **inputs.ages_s,
+            'scan_ms': scans.work_ms,
+            'scans': float(scans.done),
             'dropped_scans': float(lost[_SLOW] + lost[_UNLOCATED] + lost[_PAST]),
             'refused_scans': float(lost[_REFUSED]),
             'lost_scans': float(lost[LOST]),
-            'earlier_scans': float(self._inputs.earlier),
+            'earlier_scans': float(inputs.earlier),
         }
         is_starved = self.is_starved and output.status is not Status.NO_PLAN
         if not (is_starved or self._lacks_input(output, stale_input_s)):
-            return report_of_output(output, figures, ', '.join(warnings))
+            return report_of_output(output, figures, warning)
         since = 'arrives any more' if is_starved else 'has arrived yet'
         reason = f'no scan with a pose {since}: {self._missing()}'
-        report = report_of_output(output, figures, ', '.join(warnings) or 'scans have stopped')
+        report = report_of_output(output, figures, warning or 'scans have stopped')
         return replace(report, status=Status.WAITING, probability=0.0, reason=reason)
 
     def _lacks_input(self, output: LocalizerOutput, stale_input_s: float) -> bool:
         """Return whether no located scan ever arrived and one of its topics is silent."""
         if self._scan_ns is not None or output.status is not Status.WAITING:
             return False
-        silent_s = self._clock.without(self._inputs.silence_s)
-        return max(silent_s.values()) > stale_input_s
+        return max(self._clock.without(self._inputs.silence_s).values()) > stale_input_s
 
     def _missing(self) -> str:
         """Return a text that says why no located scan arrives."""
@@ -162,14 +152,6 @@ class Health:
         if age_s > min(_HEARD_S, _HEARD_SHARE * (time.monotonic() - self._scan_s)):
             return f'no message on {topic} for {age_s:.1f} s'
         return self._inputs.waits_for or 'see the log'
-
-    def _silences(self, stale_input_s: float) -> list[str]:
-        ages_s = {CLOCK_TOPIC: self._clock.age_s, **self._clock.without(self._inputs.ages_s)}
-        return [
-            f'no {name.removesuffix("_age_s")} for {age_s:.0f} s'
-            for name, age_s in ages_s.items()
-            if age_s > stale_input_s
-        ]
 
     def _lost(self) -> dict[str, int]:
         """Return the number of unused scans so far, by warning."""

@@ -8,37 +8,35 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from typing import Any
+from uuid import uuid4
 
-from pydantic import Field
+from lifecycle_msgs.srv import ChangeState
 import rclpy
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future as ExecutorFuture
 
-from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError
-from fpnet_ros.bond import Bond
+from fpnet_ros.logs import described
 from fpnet_ros.optional_messages import NO_BOND, BondStatus
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.runtime import described, run_node
+from fpnet_ros.runtime import STREAM, run_node
+from fpnet_ros.settings import LifecycleParameters
 from fpnet_ros.work import in_background
+from msg_adapters.stamps import header_to_msg
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 ERROR = TransitionCallbackReturn.ERROR
 
+# Given: defaults of Nav2's bond_heartbeat_period and of bondcpp's heartbeat timeout.
+_BOND_PERIOD_S, _BOND_TIMEOUT_S = 0.25, 4.0
+
 
 class TransitionError(FpnetError):
     """Failure of a lifecycle transition; the message has the transition and the reason."""
-
-
-class LifecycleParameters(Section):
-    """Parameters of the start of the node."""
-
-    autostart: bool = Field(
-        True, description='Configure and activate at the start, without a lifecycle manager.'
-    )
 
 
 class ManagedNode(OwnValues, LifecycleNode):
@@ -57,20 +55,18 @@ class ManagedNode(OwnValues, LifecycleNode):
         super().__init__(name)
         self.is_active = False
         self._autostart = ParameterTree(self, LifecycleParameters).value.autostart
-        self._bond = None if self._autostart else self._bond_to_manager()
+        self._bond: _Bond | None = None
+        if not self._autostart and BondStatus is None:
+            self.get_logger().warning(NO_BOND)
+        elif not self._autostart:
+            self._bond = _Bond(self)
         self._prepared: Future[None] | None = None
-        self._undo: list[Callable[[], Any]] = []
+        self._undo = ExitStack()
         self._error: TransitionError | None = None
         self._is_starting = False
         # In rclpy a transition request that does not fit the state ends the process.
-        self._change_state = self._service_change_state.callback
-        self._service_change_state.callback = self._on_change_state
-
-    def _bond_to_manager(self) -> Bond | None:
-        if BondStatus is None:
-            self.get_logger().warning(NO_BOND)
-            return None
-        return Bond(self)
+        (service,) = (each for each in self.services if each.srv_type is ChangeState)
+        self._change_state, service.callback = service.callback, self._on_change_state
 
     @property
     def way_to_change(self) -> str:
@@ -84,12 +80,6 @@ class ManagedNode(OwnValues, LifecycleNode):
     def prepare(self) -> None:
         """Do slow work without ROS, once; the node answers requests meanwhile."""
 
-    def prepared(self) -> Future[None]:
-        """Return the future of ``prepare``; start it if it has not succeeded yet."""
-        if self._prepared is None or (self._prepared.done() and self._prepared.exception()):
-            self._prepared = in_background(self.prepare)
-        return self._prepared
-
     def configure(self) -> None:
         """Read parameters and files; create publishers, subscriptions, services and timers."""
 
@@ -102,15 +92,14 @@ class ManagedNode(OwnValues, LifecycleNode):
     def cleanup(self) -> None:
         """Start to release what ``configure`` created, perhaps in part; the rest is automatic."""
 
-    def start(self) -> None:
-        """
-        Configure and activate, unless the parameter ``autostart`` is false.
+    def prepared(self) -> Future[None]:
+        """Return the future of ``prepare``; start it if it has not succeeded yet."""
+        if self._prepared is None or (self._prepared.done() and self._prepared.exception()):
+            self._prepared = in_background(self.prepare)
+        return self._prepared
 
-        Raises
-        ------
-        FpnetError
-            If the node cannot be configured or activated.
-        """
+    def start(self) -> None:
+        """Configure and activate with ``autostart``; raise FpnetError if that fails."""
         if not self._autostart:
             return
         self._is_starting = True
@@ -125,7 +114,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         publisher = self.create_lifecycle_publisher(
             kind, topic, qos, qos_overriding_options=options
         )
-        self._undo.append(lambda: self.destroy_lifecycle_publisher(publisher))
+        self._undo.callback(self.destroy_lifecycle_publisher, publisher)
         return publisher
 
     def add_subscription(
@@ -133,13 +122,12 @@ class ManagedNode(OwnValues, LifecycleNode):
     ) -> Any:
         """Subscribe until the node is cleaned up; otherwise as :class:`OwnValues`."""
         subscription = super().add_subscription(kind, topic, callback, qos, raw)
-        self._undo.append(lambda: self.destroy_subscription(subscription))
+        self._undo.callback(self.destroy_subscription, subscription)
         return subscription
 
     def add_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Offer a service until the node is cleaned up."""
-        service = self.create_service(kind, name, callback)
-        self._undo.append(lambda: self.destroy_service(service))
+        self._undo.callback(self.destroy_service, self.create_service(kind, name, callback))
 
     def add_slow_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """
@@ -149,6 +137,16 @@ class ManagedNode(OwnValues, LifecycleNode):
         must refuse requests while the node is not configured.
         """
         self.create_service(kind, name, callback, callback_group=MutuallyExclusiveCallbackGroup())
+
+    def add_timer(self, period_s: float, callback: Callable[[], None], clock: Any = None) -> Any:
+        """Return a running timer; ``clock`` None uses the node's clock."""
+        timer = self.create_timer(period_s, callback, clock=clock)
+        self._undo.callback(self.destroy_timer, timer)
+        return timer
+
+    def add_end(self, end: Callable[[], Any]) -> None:
+        """Register a function to call at cleanup, in reverse order of creation."""
+        self._undo.callback(end)
 
     async def finished(self, work: Future[Any]) -> None:
         """Await work of another thread, in a coroutine of the executor."""
@@ -162,24 +160,9 @@ class ManagedNode(OwnValues, LifecycleNode):
         work.add_done_callback(wake)
         await done
 
-    def add_timer(self, period_s: float, callback: Callable[[], None], clock: Any = None) -> Any:
-        """Return a running timer; ``clock`` None uses the node's clock."""
-        timer = self.create_timer(period_s, callback, clock=clock)
-        self._undo.append(lambda: self.destroy_timer(timer))
-        return timer
-
-    def add_end(self, end: Callable[[], Any]) -> None:
-        """Register a function to call at cleanup, in reverse order of creation."""
-        self._undo.append(end)
-
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run ``configure``; on bad input release what it created."""
-
-        def configure() -> None:
-            self.prepared().result()
-            self.configure()
-
-        result = self._guarded('configure', configure)
+        result = self._guarded('configure', lambda: self.prepared().result(), self.configure)
         if result == FAILURE and self._guarded('cleanup', self._release) != SUCCESS:
             return ERROR
         return result if result != SUCCESS else super().on_configure(state)
@@ -199,21 +182,20 @@ class ManagedNode(OwnValues, LifecycleNode):
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Run ``deactivate``, then disable the publishers."""
+        """Run ``deactivate``, then disable the publishers; on bad input the node stays active."""
         self.is_active = False
         result = self._guarded('deactivate', self.deactivate)
+        if result == FAILURE:
+            self.is_active = True
+            return result
         if result == SUCCESS:
             self.get_logger().info('inactive')
             self._dissolve_bond()
-        elif result == FAILURE:  # the node stays active
-            self.is_active = True
-            return result
         super().on_deactivate(state)
         return result
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Release everything that ``configure`` created."""
-        # A partly released node is unusable, so a failure is an error here.
+        """Release everything; a partly released node is unusable, so any failure is an error."""
         return SUCCESS if self._guarded('cleanup', self._release) == SUCCESS else ERROR
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -229,10 +211,11 @@ class ManagedNode(OwnValues, LifecycleNode):
         self._guarded('cleanup', self._release)
         super().destroy_node()
 
-    def _guarded(self, step: str, run: Callable[[], None]) -> TransitionCallbackReturn:
+    def _guarded(self, step: str, *actions: Callable[[], Any]) -> TransitionCallbackReturn:
         """Run a step and log its error once; the caller logs the first error of a start."""
         try:
-            run()
+            for act in actions:
+                act()
         except Exception as error:  # rclpy would drop it silently
             said = f'{step} failed: {described(error)}'
             is_first, self._error = self._error is None, self._error or TransitionError(said)
@@ -245,7 +228,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         self._error = None
         try:
             return self._change_state(request, response)
-        except rclpy_implementation.RCLError:
+        except RuntimeError:  # of rcl; errors of the steps are guarded
             wanted = request.transition.label or request.transition.id
             label = self._state_machine.current_state[1]
             self.get_logger().warning(f'no transition {wanted} from state {label}; ignored')
@@ -261,9 +244,51 @@ class ManagedNode(OwnValues, LifecycleNode):
         self.is_active = False
         with ExitStack() as steps:
             steps.callback(self._dissolve_bond)
-            while self._undo:
-                steps.callback(self._undo.pop(0))
+            steps.callback(self._undo.close)
             steps.callback(self.cleanup)
+
+
+class _Bond:
+    """
+    Heartbeat on ``bond`` while a node is active, as Nav2's lifecycle manager expects it.
+
+    This is the watched side of bondcpp's protocol: the manager keeps the bond, which has the
+    node's name, as long as it receives this heartbeat. The class does not subscribe, because all
+    nodes of Nav2 and their manager publish several times a second on that one topic.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publisher = node.create_publisher(BondStatus, 'bond', STREAM)
+        self._instance = ''
+        self._timer: Any = None
+
+    def form(self) -> None:
+        """Start a new bond."""
+        self._instance = str(uuid4())
+        steady = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may be paused
+        self._timer = self._node.create_timer(_BOND_PERIOD_S, self._beat, clock=steady)
+        self._beat()
+
+    def dissolve(self) -> None:
+        """End the bond, if any, so that the manager does not wait for its timeout."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+            self._timer = None
+            if self._node.context.ok():  # otherwise publishing would fail
+                self._beat()
+
+    def _beat(self) -> None:
+        self._publisher.publish(
+            BondStatus(
+                header=header_to_msg(self._node.get_clock().now().nanoseconds, ''),
+                id=self._node.get_name(),
+                instance_id=self._instance,
+                active=self._timer is not None,
+                heartbeat_timeout=_BOND_TIMEOUT_S,
+                heartbeat_period=_BOND_PERIOD_S,
+            )
+        )
 
 
 def run_managed(make_node: Callable[[], ManagedNode], arguments: Sequence[str] | None) -> int:

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Future
 
-from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.utilities import get_rmw_implementation_identifier
 
@@ -19,27 +18,25 @@ from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
-from fpnet_ros.hand_over import HandOver
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, Health
-from fpnet_ros.initial_poses import InitialPoses
 from fpnet_ros.inputs import LocatedScan, ScanInput
-from fpnet_ros.large_clouds import said_of_transport
 from fpnet_ros.lifecycle import ManagedNode, run_managed
-from fpnet_ros.localize_action import LocalizeAction
+from fpnet_ros.logs import NodeLog
 from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, SilenceLog, error_reporter
 from fpnet_ros.services import (
-    offer_amcl_services,
+    HandOver,
+    InitialPoses,
+    LocalizeAction,
     offer_save_state,
     offer_services,
-    offer_set_initial_pose,
 )
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.status_publisher import StatusPublisher
 from fpnet_ros.storeys import StoreyTopics
+from fpnet_ros.wiring import said_of_transport
 from fpnet_ros.work import DroppingWorker, Worker
 
 
@@ -59,8 +56,6 @@ class LocalizerNode(ManagedNode):
         self._config = ParameterTree(
             self, FpnetConfig, without=('odometry',), live=LIVE_CONFIG, on_change=follow
         )
-        self._report = error_reporter(self)
-        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._is_configured = False
         offer_save_state(self, lambda: self._settings.value.state_file, self._save)
         self._action = LocalizeAction(self, self._relocalize)
@@ -73,46 +68,52 @@ class LocalizerNode(ManagedNode):
 
     def configure(self) -> None:
         """Load the weights and connect; raise FpnetError for a bad parameter or file."""
-        config, parameters = self._config.value, self._settings.value
-        self._localizer = create_site_localizer(config)
+        config, parameters, logger = self._config.value, self._settings.value, self.get_logger()
+        self._log = NodeLog(logger, self.context.ok)
+        self._localizer = localizer = create_site_localizer(config)
         if TFMessage is None and parameters.sends_tf:
-            self.get_logger().warning(f'no TF: {NO_TF}')
-        self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
-        self.add_end(lambda: self._run_folder.write(TICK_NAME, self._localizer.output))
+            logger.warning(f'no TF: {NO_TF}')
+        self._run_folder = RunFolder(parameters.run_dir, logger)
+        self.add_end(lambda: self._run_folder.write(TICK_NAME, localizer.output))
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
-        self._storeys = StoreyTopics(
-            self, self._localizer, parameters.site, config, parameters.map_frame
+        storeys = StoreyTopics(self, localizer, parameters.site, config, parameters.map_frame)
+        self._update: Future[None] | None = None
+        self._updates = Worker('updates', self._log.report)
+        self.add_end(self._updates.close)
+        self._scans = DroppingWorker(
+            self._add_scan, parameters.max_pending_scans, self._log.report
         )
-        self._start_threads(parameters)
-        self._input = ScanInput(
+        self.add_end(self._scans.close)
+        inputs = ScanInput(
             self,
             parameters,
             self._on_scan,
             self._on_restart,
-            self._report,
+            self._log,
             config.scans.stamp,
             self._on_stamp,
         )
-        self._health = Health(
-            self._input, self._scans, self.get_clock(), self.get_logger().warning
-        )
+        self._health = Health(inputs, self._scans, self.get_clock(), self._log)
         self._publisher = StatusPublisher(
             self,
-            self._localizer,
+            localizer,
             self._out,
-            self._storeys,
+            storeys,
             self._health,
             lambda: self._settings.value,
+            self._log,
         )
-        self._open_state_file(parameters.state_file)
-        self._checkup = Checkup(self, self._input.topics())
-        if not parameters.topics and (
-            said := said_of_transport(get_rmw_implementation_identifier())
-        ):
-            self.get_logger().info(said)
+        # At cleanup it is saved before waiting for the threads.
+        self._state_file = StateFile(parameters.state_file, localizer, inputs.odometry_run, logger)
+        self.add_end(lambda: self._publisher.newest and self._state_file.save())
+        self._state_file.restore()
+        self._checkup = Checkup(self, inputs.topics)
+        said = said_of_transport(get_rmw_implementation_identifier())
+        if said and not inputs.is_laser:
+            logger.info(said)
         if not parameters.site:
-            FloorplanInput(self, self._on_floorplan, self._report)
-        self._offer_hints(parameters)
+            FloorplanInput(self, self._on_floorplan, self._log.report)
+        self._offer_services(parameters, storeys)
         self._add_timers(config.localizer.update_period_s, parameters)
         self._is_configured = True
         self._settings.is_frozen = self._config.is_frozen = True
@@ -131,38 +132,24 @@ class LocalizerNode(ManagedNode):
         self._action.stop()
         self._is_configured = self._settings.is_frozen = self._config.is_frozen = False
 
-    def _start_threads(self, parameters: LocalizerParameters) -> None:
-        self._update: Future[None] | None = None
-        self._updates = Worker('updates', self._report)
-        self.add_end(self._updates.close)
-        self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
-        self.add_end(self._scans.close)
-
-    def _open_state_file(self, path: str) -> None:
-        """Restore the state; at cleanup, save it before waiting for the threads."""
-        self._state_file = StateFile(
-            path, self._localizer, self._input.odometry_run, self.get_logger()
-        )
-        self.add_end(lambda: self._publisher.newest and self._state_file.save())
-        self._state_file.restore()
-
-    def _offer_hints(self, parameters: LocalizerParameters) -> None:
+    def _offer_services(self, parameters: LocalizerParameters, storeys: StoreyTopics) -> None:
         """Offer pose hints and services; with ``hand_over`` AMCL's names are left to AMCL."""
         self._hints = InitialPoses(
             self._publisher.situation,
-            self._storeys.frame_named,
+            storeys.frame_named,
             self._localizer.suggest,
             self.get_logger(),
             parameters.first_pose,
         )
         self._hand_over = HandOver(self) if parameters.hand_over else None
-        offer_services(self, self._relocalize, self._localizer.reset)
-        offer_set_initial_pose(self, self._hints, parameters.hand_over)
-        if not parameters.hand_over:
-            offer_amcl_services(self, self._relocalize, self._update_now)
-            self.add_subscription(
-                PoseWithCovarianceStamped, 'initialpose', self._hints.on_message, STREAM
-            )
+        offer_services(
+            self,
+            self._hints,
+            self._relocalize,
+            self._localizer.reset,
+            self._update_now,
+            parameters.hand_over,
+        )
 
     def _add_timers(self, update_period_s: float, parameters: LocalizerParameters) -> None:
         # The timers on the steady clock also run while simulated time stands still.
@@ -206,7 +193,7 @@ class LocalizerNode(ManagedNode):
     def _relocalize(self) -> None:
         self._localizer.relocalize()
         if self._hand_over is not None:
-            self._hand_over.again()
+            self._hand_over.is_due = True
         if self.is_active:
             self._publisher.update()
 
@@ -233,7 +220,7 @@ class LocalizerNode(ManagedNode):
         self._state_file.follow_odometry()
         if self.is_active:
             stale_s = self._settings.value.stale_input_s
-            if self._silence.follow(self._health.silence_s, stale_s):
+            if self._log.silences(self._health.silence_s, stale_s):
                 self._publisher.update()  # no update runs while the clock stands still
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.accepted)

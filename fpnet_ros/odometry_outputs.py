@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.geometry.frame_tree import plain_frame
@@ -19,8 +17,9 @@ from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.optional_messages import NO_TF, TFMessage
-from fpnet_ros.robot_odometry import RobotOdometryParameters
+from fpnet_ros.params import OwnValues
 from fpnet_ros.runtime import STREAM, TF
+from fpnet_ros.settings import OdometryParameters
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.transforms import transform_to_msg
@@ -36,73 +35,24 @@ _SENT = 100  # numerical: own transforms kept for comparison: ten seconds of swe
 Array = NDArray[np.float64]
 
 
-class OdometryParameters(RobotOdometryParameters):
-    """Parameters of the odometry node, named as in KISS-ICP's node."""
-
-    base_frame: str = Field(
-        '',
-        description='Frame whose pose is published; empty: the root of the sensor in '
-        '/tf_static, else the sensor.',
-    )
-    lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
-    publish_odom_tf: bool = Field(
-        True,
-        description='Publish the odometry as TF as well; false if the robot has its own.',
-    )
-    invert_odom_tf: bool = Field(
-        False, description='Publish TF from the moving frame to the odometry frame.'
-    )
-    position_covariance: float = Field(
-        0.1, ge=0.0, description='Variance of the position in the messages [m^2].'
-    )
-    orientation_covariance: float = Field(
-        0.1, ge=0.0, description='Variance of the orientation in the messages [rad^2].'
-    )
-    use_imu: bool = Field(
-        False, description='Take rotations between sweeps from the gyroscope on the topic imu.'
-    )
-    max_pending_scans: int = Field(
-        10, ge=1, le=1000, description='Number of clouds that may wait; the oldest are dropped.'
-    )
-
-
 class OdometryOutputs:
-    """
-    The publishers of one odometry node.
+    """The publishers of one odometry node; ``settings`` has frames and covariances."""
 
-    Parameters
-    ----------
-    publisher
-        Creates a publisher from message class, topic and QoS.
-    subscribe
-        Creates a subscription from message class, topic, callback and QoS.
-    settings
-        Frames and covariances.
-    warn
-        Logs a warning.
-    """
-
-    def __init__(
-        self,
-        publisher: Callable[[type, str, Any], Any],
-        subscribe: Callable[[type, str, Callable[[Any], None], Any], Any],
-        settings: OdometryParameters,
-        warn: Callable[[str], Any],
-    ) -> None:
-        self._settings, self._warn = settings, warn
+    def __init__(self, node: OwnValues, settings: OdometryParameters) -> None:
+        self._settings, self._warn = settings, node.get_logger().warning
         self.moving = ''
         """The frame whose pose was published last, empty before the first."""
         self._last: tuple[int, Array] | None = None  # stamp and pose that were published last
-        self._odometry = publisher(Odometry, KISS_ODOMETRY, STREAM)
-        self._frames = publisher(PointCloud2, KISS_FRAME, STREAM)
+        self._odometry = node.add_publisher(Odometry, KISS_ODOMETRY, STREAM)
+        self._frames = node.add_publisher(PointCloud2, KISS_FRAME, STREAM)
         self._sent: tuple[Any, ...] = ()  # own transforms, which return on /tf
         self._tf = None
         if TFMessage is None:
-            warn(f'no TF: {NO_TF}')
+            self._warn(f'no TF: {NO_TF}')
         elif settings.publish_odom_tf:
-            self._tf = publisher(TFMessage, TF_TOPIC, TF)
+            self._tf = node.add_publisher(TFMessage, TF_TOPIC, TF)
             if not settings.invert_odom_tf:
-                subscribe(TFMessage, TF_TOPIC, self._on_tf, TF)
+                node.add_subscription(TFMessage, TF_TOPIC, self._on_tf, TF)
 
     def publish(
         self,
@@ -115,9 +65,8 @@ class OdometryOutputs:
         """Publish a sweep and the pose of ``moving``; ``T_moving_sensor (4, 4)`` is the mount."""
         self.moving = moving
         self._publish_pose(found.T_odom_sensor @ np.linalg.inv(T_moving_sensor), stamp_ns)
-        self._frames.publish(
-            cloud_to_msg(found.points, stamp_ns, sensor, viewpoints=found.viewpoints)
-        )
+        cloud = cloud_to_msg(found.points, stamp_ns, sensor, viewpoints=found.viewpoints)
+        self._frames.publish(cloud)
 
     def begin_anew(self) -> None:
         """Forget the last pose, after the clock went back."""
@@ -125,8 +74,12 @@ class OdometryOutputs:
 
     def _publish_pose(self, T_odom_base: Array, stamp_ns: int) -> None:
         settings, odom, moving = self._settings, self._settings.lidar_odom_frame, self.moving
+        last, self._last = self._last, (stamp_ns, T_odom_base)
+        velocity = None  # unknown after the first sweep
+        if last is not None:
+            seconds = (stamp_ns - last[0]) / NS_PER_S
+            velocity = twist(np.linalg.inv(last[1]) @ T_odom_base, seconds)
         variances = (settings.position_covariance,) * 3 + (settings.orientation_covariance,) * 3
-        velocity = self._velocity(T_odom_base, stamp_ns)
         self._odometry.publish(
             odometry_to_msg(
                 T_odom_base, stamp_ns, odom, moving, variances, velocity, _TWIST_VARIANCES
@@ -141,13 +94,6 @@ class OdometryOutputs:
             transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
         self._sent = (*self._sent[1 - _SENT :], transform)
         publisher.publish(TFMessage(transforms=[transform]))
-
-    def _velocity(self, T_odom_base: Array, stamp_ns: int) -> Array | None:
-        """Return the velocity since the last sweep, None after the first."""
-        last, self._last = self._last, (stamp_ns, T_odom_base)
-        if last is None:
-            return None
-        return twist(np.linalg.inv(last[1]) @ T_odom_base, (stamp_ns - last[0]) / NS_PER_S)
 
     def _on_tf(self, msg: Any) -> None:
         """

@@ -1,33 +1,24 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Optional message types, and the log line for each that is not installed."""
+"""Optional message types, None if not installed, and the log line for each that is missing."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # not in any wheel; see docs/install.md
-    TFMessage = None
 
-try:
-    from bond.msg import Status as BondStatus
-except ImportError:
-    BondStatus: Any = None
+def _optional(module: str, name: str) -> Any:
+    try:
+        return getattr(import_module(module), name)
+    except ImportError:
+        return None
 
-try:
-    from nav2_msgs.srv import SetInitialPose
-except ImportError:
-    SetInitialPose: Any = None
 
-try:
-    from fpnet_msgs.action import Localize
-except ImportError:
-    Localize: Any = None
-
-__all__ = ['NO_ACTION', 'NO_BOND', 'NO_SERVICE', 'NO_TF', 'BondStatus', 'Localize']
-__all__ += ['SetInitialPose', 'TFMessage']
+TFMessage = _optional('tf2_msgs.msg', 'TFMessage')  # in no wheel; see docs/install.md
+BondStatus = _optional('bond.msg', 'Status')
+SetInitialPose = _optional('nav2_msgs.srv', 'SetInitialPose')
+Localize = _optional('fpnet_msgs.action', 'Localize')
 
 _SETUP = 'or run make setup with a C++ compiler'
 

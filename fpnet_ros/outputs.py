@@ -14,12 +14,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
 import numpy as np
-from numpy.typing import NDArray
 from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
-from fpnet_core.geometry.pose_lookup import SensorPose
 from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.localizer.guidance import NextLook
 from fpnet_core.localizer.localizer import Snapshot
@@ -81,15 +79,6 @@ class StampedOutput:
         return self.frame.located(self.output, self.scan.T_odom_base, self.scan.stamp_ns)
 
 
-@dataclass(frozen=True, eq=False)
-class _MapOdom:
-    """Transform to broadcast, from ``map_frame`` to ``odom_frame``."""
-
-    T_map_odom: NDArray[np.float64]
-    map_frame: str
-    odom_frame: str
-
-
 class LocalizerOutputs:
     """The publishers of one configured localizer node."""
 
@@ -99,7 +88,7 @@ class LocalizerOutputs:
         self._path: deque[Any] = deque(maxlen=_PATH_LENGTH)
         self._path_end: SE2 | None = None
         self._published_ns: int | None = None  # stamp of the last pose
-        self._map_odom: _MapOdom | None = None
+        self._map_odom: tuple[Any, str, str] | None = None  # T_map_odom (4, 4) and its frames
         self.accepted: PoseWithCovarianceStamped | None = None
         """Last message on ``floorplan_pose_with_covariance``; None unless localized."""
         self._tf_stamp_ns = 0
@@ -135,51 +124,61 @@ class LocalizerOutputs:
         if scan is None or frame is None or located is None:
             self.forget_pose()
             return
-        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.sensor_pose.T_tf_odom)
-        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.sensor_pose.tf_frame)
-        if scan.stamp_ns == self._published_ns:
+        sensor_pose, stamp_ns = scan.sensor_pose, scan.stamp_ns
+        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(sensor_pose.T_tf_odom)
+        self._map_odom = T_map_tf, frame.map_id, sensor_pose.tf_frame
+        if stamp_ns == self._published_ns:
             return
-        self._published_ns = scan.stamp_ns
-        self._publish_on_plan(located.T_plan_base, scan.stamp_ns, frame.plan_id)
-        if located.cov is not None:
-            self.accepted = uncertain_pose_to_msg(
-                located.T_map_base, located.cov, scan.stamp_ns, frame.map_id
-            )
-            self._pose_cov.publish(self.accepted)
-
-    def _publish_on_plan(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
-        msg = pose_to_msg(pose, stamp_ns, plan_frame)
+        self._published_ns, pose, end = stamp_ns, located.T_plan_base, self._path_end
+        msg = pose_to_msg(pose, stamp_ns, frame.plan_id)
         self._pose.publish(msg)
-        end = self._path_end
         if end is None or np.hypot(*(pose.translation - end.translation)) >= self.path_spacing_m:
             self._path.append(msg)
             self._path_end = pose
+        if located.cov is not None:
+            self.accepted = uncertain_pose_to_msg(
+                located.T_map_base, located.cov, stamp_ns, frame.map_id
+            )
+            self._pose_cov.publish(self.accepted)
 
     def broadcast(self, stamp_ns: int) -> None:
         """Broadcast the TF, once per stamp, because tf2 warns about repeated stamps."""
-        map_odom = self._map_odom
-        if self._tf is None or map_odom is None or stamp_ns == self._tf_stamp_ns:
+        if self._tf is None or self._map_odom is None or stamp_ns == self._tf_stamp_ns:
             return
         self._tf_stamp_ns = stamp_ns
-        transform = transform_to_msg(
-            map_odom.T_map_odom, stamp_ns, map_odom.map_frame, map_odom.odom_frame
-        )
+        T_map_odom, map_frame, odom_frame = self._map_odom
+        transform = transform_to_msg(T_map_odom, stamp_ns, map_frame, odom_frame)
         self._tf.publish(TFMessage(transforms=[transform]))
 
     def publish_tick(self, moment: StampedOutput) -> None:
         """Publish path, goal, submap and markers of an update, if subscribed."""
-        frame, output = moment.frame, moment.output
+        frame, output, scan = moment.frame, moment.output, moment.scan
         if frame is None:
             return
         if output.A_plan_odom is not None and self._path_publisher.get_subscription_count():
             # A copy: the thread that adds scans may add a pose meanwhile.
             path = path_to_msg(list(self._path), output.stamp_ns, frame.plan_id)
             self._path_publisher.publish(path)
-        if moment.scan is not None:
-            if moment.look is not None:
-                self._publish_goal(moment.look, output.stamp_ns, moment.scan.sensor_pose)
-            self._publish_submap(output, moment.scan.sensor_pose)
-            self._publish_markers(moment, frame, moment.scan)
+        if scan is None:
+            return
+        # Of the odometry frame in TF, which need not be KISS-ICP's.
+        tf_frame = scan.sensor_pose.tf_frame
+        T_tf_odom = SE2.from_matrix4(scan.sensor_pose.T_tf_odom)
+        way = None if moment.look is None else T_tf_odom.apply(moment.look.way_odom)
+        if way is not None:  # a goal that faces along the path to it
+            (x, y), ahead = way[-1].tolist(), way[-1] - way[max(-2, -len(way))]
+            goal = SE2.from_xy_yaw(x, y, math.atan2(ahead[1], ahead[0]))
+            self._goal.publish(pose_to_msg(goal, output.stamp_ns, tf_frame))
+        submap = output.submap
+        if submap is not None and self._submap.get_subscription_count():
+            at = T_tf_odom @ submap.T_odom_submap @ submap.grid.T_frame_grid
+            grid = GridMap(submap.grid.cells, submap.grid.resolution, at, 'odom')
+            self._submap.publish(grid_to_msg(grid, submap.stamp_ns, tf_frame))
+        if self._markers.get_subscription_count():
+            markers = _markers_of(moment, frame, scan, T_tf_odom)
+            if way is not None:
+                markers += way_markers(way, output.stamp_ns, tf_frame)
+            self._markers.publish(markers_to_msg(markers))
 
     def publish_status(self, report: LocalizerReport) -> None:
         """Publish the status of the last update."""
@@ -198,56 +197,23 @@ class LocalizerOutputs:
         grid = warped_grid(frame.plan, frame.A_map_plan)
         self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
 
-    def _publish_goal(self, look: NextLook, stamp_ns: int, sensor_pose: SensorPose) -> None:
-        """Publish where to look next as a goal that faces along the path to it."""
-        way = _T_tf_odom(sensor_pose).apply(look.way_odom)
-        x, y = way[-1].tolist()
-        ahead = way[-1] - way[max(-2, -len(way))]
-        goal = SE2.from_xy_yaw(x, y, math.atan2(ahead[1], ahead[0]))
-        self._goal.publish(pose_to_msg(goal, stamp_ns, sensor_pose.tf_frame))
 
-    def _publish_submap(self, output: LocalizerOutput, sensor_pose: SensorPose) -> None:
-        # In the odometry frame of TF, which need not be KISS-ICP's.
-        submap = output.submap
-        if submap is None or not self._submap.get_subscription_count():
-            return
-        grid = GridMap(
-            submap.grid.cells,
-            submap.grid.resolution,
-            _T_tf_odom(sensor_pose) @ submap.T_odom_submap @ submap.grid.T_frame_grid,
-            'odom',
+def _markers_of(
+    moment: StampedOutput, frame: MapFrame, scan: LocatedScan, T_tf_odom: SE2
+) -> list[Any]:
+    """Return rooms, doors, edges, matches and hypotheses as markers."""
+    output, plan, A_map_plan = moment.output, moment.snapshot.plan, frame.A_map_plan
+    stamp_ns, map_frame, markers = output.stamp_ns, frame.map_id, []
+    if plan is not None:
+        rooms, graph = plan.nominal.segmentation, plan.nominal.graph
+        markers += region_markers(rooms, graph, A_map_plan, stamp_ns, map_frame, 'plan')
+        markers += match_markers(graph, output, A_map_plan, stamp_ns, map_frame)
+    if output.submap is not None and output.segmentation is not None:
+        T_odom_submap, tf_frame = output.submap.T_odom_submap, scan.sensor_pose.tf_frame
+        rooms, graph, T_tf_submap = output.segmentation, output.graph, T_tf_odom @ T_odom_submap
+        markers += region_markers(rooms, graph, T_tf_submap, stamp_ns, tf_frame, 'submap')
+        T_submap_base = T_odom_submap.inv() @ SE2.from_matrix4(scan.T_odom_base)
+        markers += hypothesis_markers(
+            output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
         )
-        self._submap.publish(grid_to_msg(grid, submap.stamp_ns, sensor_pose.tf_frame))
-
-    def _publish_markers(self, moment: StampedOutput, frame: MapFrame, scan: LocatedScan) -> None:
-        """Publish rooms, doors, edges, matches, hypotheses and where to look next."""
-        if not self._markers.get_subscription_count():
-            return
-        output, plan, A_map_plan = moment.output, moment.snapshot.plan, frame.A_map_plan
-        stamp_ns, map_frame, markers = output.stamp_ns, frame.map_id, []
-        if plan is not None:
-            segmentation, graph = plan.nominal.segmentation, plan.nominal.graph
-            markers += region_markers(segmentation, graph, A_map_plan, stamp_ns, map_frame, 'plan')
-            markers += match_markers(graph, output, A_map_plan, stamp_ns, map_frame)
-        if output.submap is not None and output.segmentation is not None:
-            T_odom_submap = output.submap.T_odom_submap
-            markers += region_markers(
-                output.segmentation,
-                output.graph,
-                _T_tf_odom(scan.sensor_pose) @ T_odom_submap,
-                stamp_ns,
-                scan.sensor_pose.tf_frame,
-                'submap',
-            )
-            T_submap_base = T_odom_submap.inv() @ SE2.from_matrix4(scan.T_odom_base)
-            markers += hypothesis_markers(
-                output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
-            )
-        if moment.look is not None:
-            way = _T_tf_odom(scan.sensor_pose).apply(moment.look.way_odom)
-            markers += way_markers(way, stamp_ns, scan.sensor_pose.tf_frame)
-        self._markers.publish(markers_to_msg(markers))
-
-
-def _T_tf_odom(sensor_pose: SensorPose) -> SE2:
-    return SE2.from_matrix4(sensor_pose.T_tf_odom)
+    return markers

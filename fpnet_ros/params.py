@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters declared from the configuration tree, with type, range and description."""
+"""ROS parameters declared from pydantic sections, with type, range and description."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from difflib import get_close_matches
 import math
 import sys
 from typing import Any, Generic, TypeVar
@@ -26,24 +27,20 @@ from fpnet_core.config import Section
 from fpnet_core.config_docs import ConfigField, config_fields
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry.frame_tree import plain_frame
-from fpnet_ros.known_parameters import said_of_unknown
+from fpnet_ros.settings import known_parameters
 
 AnySection = TypeVar('AnySection', bound=Section)
 
 _TYPES = {
-    bool: ParameterType.PARAMETER_BOOL,
-    int: ParameterType.PARAMETER_INTEGER,
-    float: ParameterType.PARAMETER_DOUBLE,
-    str: ParameterType.PARAMETER_STRING,
-}
-_LIST_TYPES = {
-    bool: ParameterType.PARAMETER_BOOL_ARRAY,
-    int: ParameterType.PARAMETER_INTEGER_ARRAY,
-    float: ParameterType.PARAMETER_DOUBLE_ARRAY,
-    str: ParameterType.PARAMETER_STRING_ARRAY,
+    bool: (ParameterType.PARAMETER_BOOL, ParameterType.PARAMETER_BOOL_ARRAY),
+    int: (ParameterType.PARAMETER_INTEGER, ParameterType.PARAMETER_INTEGER_ARRAY),
+    float: (ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_DOUBLE_ARRAY),
+    str: (ParameterType.PARAMETER_STRING, ParameterType.PARAMETER_STRING_ARRAY),
 }
 _INT64_MAX = 2**63 - 1  # given
 _FRAMES = ('_frame', 'frame_id')  # given: suffixes of keys that name a frame
+# Parameters of rclpy, read at the start or when a topic is created.
+_OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
 class OwnValues(Node):
@@ -55,6 +52,9 @@ class OwnValues(Node):
     ``add_...`` methods have parameters for their QoS.
     """
 
+    way_to_change = 'is read when the node starts: restart it with another value'
+    """Instructions to change a parameter that the node reads only once."""
+
     def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
         """Return a publisher with QoS overrides."""
         options = QoSOverridingOptions.with_default_policies()
@@ -63,11 +63,7 @@ class OwnValues(Node):
     def add_subscription(
         self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
     ) -> Any:
-        """
-        Subscribe; the callback takes the message, or the message and its information.
-
-        With ``raw`` the message is passed as serialized bytes.
-        """
+        """Subscribe; the callback takes the message (``raw``: its bytes), or also its details."""
         options = QoSOverridingOptions.with_default_policies()
         return self.create_subscription(
             kind, topic, callback, qos, qos_overriding_options=options, raw=raw
@@ -75,23 +71,18 @@ class OwnValues(Node):
 
     def set_parameters_atomically(self, parameter_list: list[Parameter[Any]]) -> Any:
         """Set the values that differ; refuse an unknown name and suggest a similar one."""
-        unknown = [each.name for each in parameter_list if not self.has_parameter(each.name)]
-        if unknown:
-            own = self.list_parameters([], 0).names
-            return SetParametersResult(successful=False, reason=said_of_unknown(unknown[0], own))
-        changed = [each for each in parameter_list if not self._has(each)]
+        for each in parameter_list:
+            if not self.has_parameter(each.name):
+                reason = said_of_unknown(each.name, self.list_parameters([], 0).names)
+                return SetParametersResult(successful=False, reason=reason)
+        changed = [
+            each
+            for each in parameter_list
+            if _dumped(self.get_parameter_or(each.name).value) != _dumped(each.value)
+        ]
         if not changed:
             return SetParametersResult(successful=True)
         return super().set_parameters_atomically(changed)
-
-    @property
-    def way_to_change(self) -> str:
-        """Instructions to change a parameter that the node reads only once."""
-        return 'is read when the node starts: restart it with another value'
-
-    def _has(self, given: Parameter[Any]) -> bool:
-        own = self.get_parameter_or(given.name).value
-        return _dumped(own) == _dumped(given.value)
 
 
 def _dumped(value: Any) -> str:
@@ -100,11 +91,30 @@ def _dumped(value: Any) -> str:
     return '' if plain in ([], None, 'None') else str(plain)
 
 
+def refuse_unknown(node: Node) -> None:
+    """Raise ConfigError if a given parameter is one of no node of this package."""
+    given = node._parameter_overrides  # rclpy has no public access to them
+    is_own = lambda name: node.has_parameter(name) or name.split('.')[0] in _OF_RCLPY  # noqa: E731
+    raise_unknown((name for name in sorted(given) if not is_own(name)), known_parameters())
+
+
+def raise_unknown(names: Iterable[str], known: set[str]) -> None:
+    """Raise ConfigError for the first of ``names`` that is not among ``known``."""
+    for name in names:
+        if name not in known:
+            raise ConfigError(said_of_unknown(name, known))
+
+
+def said_of_unknown(name: str, known: Iterable[str]) -> str:
+    """Return the message for an unknown parameter, with the most similar of ``known``."""
+    near = get_close_matches(name, sorted(known), n=1)
+    advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists all parameters'
+    return f'parameter {name} is unknown; {advice}'
+
+
 class ParameterTree(Generic[AnySection]):
     """
-    Parameters for all keys below a section of the configuration tree.
-
-    ``value`` is the section with the current values of the node's parameters.
+    Parameters for all keys below a section; ``value`` is the section with their current values.
 
     Parameters
     ----------
@@ -135,11 +145,8 @@ class ParameterTree(Generic[AnySection]):
         live: Collection[str] = (),
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
-        self._section = section
-        self._prefix = prefix
-        self._live = frozenset(live)
-        self._on_change = on_change
-        self._way_to_change = lambda: node.way_to_change
+        self._section, self._prefix, self._live = section, prefix, frozenset(live)
+        self._node, self._on_change = node, on_change
         self.is_frozen = True
         self._values = {
             field.key: _declare(node, field)
@@ -153,7 +160,7 @@ class ParameterTree(Generic[AnySection]):
     def _check(self, parameters: list[Parameter[Any]]) -> SetParametersResult:
         changes = self._own(parameters)
         if self.is_frozen and (fixed := sorted(set(changes) - self._live)):
-            reason = f'{fixed[0]} {self._way_to_change()}'
+            reason = f'{fixed[0]} {self._node.way_to_change}'
             return SetParametersResult(successful=False, reason=reason)
         try:
             self._validated({**self._values, **changes})
@@ -183,9 +190,8 @@ class ParameterTree(Generic[AnySection]):
         except ValidationError as error:
             first = error.errors()[0]
             key = self._prefix + '.'.join(str(part) for part in first['loc'])
-            raise ConfigError(
-                f'parameter {key}: {first["msg"]} (got {first["input"]!r})'
-            ) from None
+            said = f'parameter {key}: {first["msg"]} (got {first["input"]!r})'
+            raise ConfigError(said) from None
 
 
 def _declare(node: Node, field: ConfigField) -> Any:
@@ -196,10 +202,8 @@ def _declare(node: Node, field: ConfigField) -> Any:
     try:
         parameter = node.declare_parameter(field.key, value, descriptor)
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-        raise ConfigError(
-            f'parameter {field.key}: {error}; expected {field.kind.__name__}'
-            + (f' {field.constraint}' if field.constraint else '')
-        ) from None
+        wanted = f'{field.kind.__name__} {field.constraint}'.strip()
+        raise ConfigError(f'parameter {field.key}: {error}; expected {wanted}') from None
     if parameter.type_ is Parameter.Type.NOT_SET:  # an unset parameter makes a dump fail
         node.set_parameters([Parameter(field.key, Parameter.Type(descriptor.type), [])])
         return field.default
@@ -210,35 +214,26 @@ def describe(field: ConfigField) -> ParameterDescriptor:
     """Return the descriptor of a key."""
     descriptor = ParameterDescriptor(
         name=field.key,
-        type=(_LIST_TYPES if field.is_list else _TYPES)[field.kind],
+        type=_TYPES[field.kind][field.is_list],
         description=field.description,
         additional_constraints=field.constraint,
     )
-    if field.bounds and field.kind is int:
-        descriptor.integer_range = [_integer_range(field.bounds)]
-    elif field.bounds and field.kind is float:
-        descriptor.floating_point_range = [_floating_range(field.bounds)]
+    if field.bounds and field.kind in (int, float):
+        low, high = _closed(field.kind, field.bounds)
+        if field.kind is int:
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]
+        else:
+            bounds = FloatingPointRange(from_value=low, to_value=high, step=0.0)
+            descriptor.floating_point_range = [bounds]
     return descriptor
 
 
-def _floating_range(bounds: dict[str, float]) -> FloatingPointRange:
-    """Return the closed range; an open end moves to the next number inside."""
-    low, high = -sys.float_info.max, sys.float_info.max
-    low = bounds.get('ge', low)
-    high = bounds.get('le', high)
-    if 'gt' in bounds:
-        low = math.nextafter(bounds['gt'], math.inf)
-    if 'lt' in bounds:
-        high = math.nextafter(bounds['lt'], -math.inf)
-    return FloatingPointRange(from_value=low, to_value=high, step=0.0)
-
-
-def _integer_range(bounds: dict[str, float]) -> IntegerRange:
-    low, high = -_INT64_MAX, _INT64_MAX
-    low = int(bounds.get('ge', low))
-    high = int(bounds.get('le', high))
-    if 'gt' in bounds:
-        low = math.floor(bounds['gt']) + 1
-    if 'lt' in bounds:
-        high = math.ceil(bounds['lt']) - 1
-    return IntegerRange(from_value=low, to_value=high, step=1)
+def _closed(kind: type, bounds: dict[str, float]) -> tuple[Any, Any]:
+    """Return a closed range; an open end moves to the next number inside."""
+    most = _INT64_MAX if kind is int else sys.float_info.max
+    low, high = bounds.get('ge', -most), bounds.get('le', most)
+    if (above := bounds.get('gt')) is not None:
+        low = math.floor(above) + 1 if kind is int else math.nextafter(above, math.inf)
+    if (below := bounds.get('lt')) is not None:
+        high = math.ceil(below) - 1 if kind is int else math.nextafter(below, -math.inf)
+    return kind(low), kind(high)

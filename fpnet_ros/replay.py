@@ -13,14 +13,12 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
-from pydantic import Field
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.publisher import Publisher
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rosgraph_msgs.msg import Clock as ClockMsg
 
-from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import SCANS
@@ -29,6 +27,7 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, run_node
+from fpnet_ros.settings import ReplayParameters
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
@@ -42,28 +41,6 @@ _DISCOVERY_SETTLE_S = 0.5
 _LATCHED_FIRST_NS = NS_PER_S
 # Reliable subscribers acknowledge the last messages within milliseconds; dead ones never do.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
-
-
-class ReplayParameters(Section):
-    """Parameters of the replay."""
-
-    bag: str = Field('', description='Folder of the bag, or its .db3 or .mcap file.')
-    topics: tuple[str, ...] = Field((), description='Topics to play; empty plays all.')
-    rate: float = Field(1.0, gt=0.0, le=100.0, description='Recorded seconds per second.')
-    start_offset_s: float = Field(0.0, ge=0.0, description='Time to skip at the start.')
-    loop: bool = Field(False, description='Repeat the recording; stamps and /clock then go back.')
-    clock: bool = Field(False, description='Publish the recorded time on /clock.')
-    wait_for_subscriber_s: float = Field(
-        10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
-    )
-    wait_for_localizer: bool = Field(
-        False,
-        description='Within wait_for_subscriber_s, wait for a localizer with a floorplan, and for '
-        'subscribers of all topics of scans.',
-    )
-    max_ahead: int = Field(
-        0, ge=0, description='Pause while kiss/odometry is this many scans behind; 0: never.'
-    )
 
 
 class ReplayNode(OwnValues):

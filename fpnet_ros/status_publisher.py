@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Lock
 from typing import Any
 
@@ -21,19 +21,11 @@ from fpnet_ros.floorplans import ServedPlan
 from fpnet_ros.health import Health
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.logs import NodeLog, one_line
 from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
-from fpnet_ros.runtime import StatusLog, one_line
 from fpnet_ros.settings import LocalizerParameters
 from fpnet_ros.storeys import StoreyTopics
 from msg_adapters.diagnostics import LocalizerReport
-
-
-@dataclass(frozen=True, eq=False)
-class _CachedLook:
-    """Where to look next, kept for the snapshot ``of``."""
-
-    of: Snapshot
-    at: NextLook | None
 
 
 class StatusPublisher:
@@ -52,6 +44,17 @@ class StatusPublisher:
         Health to publish with the status.
     settings
         Returns the current parameters of the node.
+    log
+        Gets a line about each change of the status.
+
+    Attributes
+    ----------
+    frame
+        Frames of the floorplan, None until there is one.
+    newest
+        Scan that was added last, None before the first.
+    told
+        Report of the last update, None before the first.
     """
 
     def __init__(
@@ -62,20 +65,18 @@ class StatusPublisher:
         storeys: StoreyTopics,
         health: Health,
         settings: Callable[[], LocalizerParameters],
+        log: NodeLog,
     ) -> None:
         self._node, self._localizer = node, localizer
         self._out, self._storeys, self._health = out, storeys, health
-        self._settings = settings
-        self._statuses = StatusLog(node.get_logger().info, node.get_logger().warning)
+        self._settings, self._log = settings, log
         self._lock = Lock()
         self.frame: MapFrame | None = None
-        """Frames of the floorplan, None until there is one."""
-        self._shown: MapFrame | None = None
         self.newest: LocatedScan | None = None
-        """Scan that was added last, None before the first."""
         self.told: LocalizerReport | None = None
-        """Report of the last update, None before the first."""
-        self._cached_look: _CachedLook | None = None
+        self._shown: MapFrame | None = None
+        # Where to look next, computed once for each snapshot.
+        self._look: tuple[Snapshot | None, NextLook | None] = None, None
 
     @property
     def accepted(self) -> Any:
@@ -101,17 +102,15 @@ class StatusPublisher:
         frame, A_plan_odom = self.frame, self._localizer.output.A_plan_odom
         if frame is not None:
             self._show(frame if A_plan_odom is None else frame.followed(A_plan_odom))
-        look = self._look(self._localizer.snapshot)
+        of, look = self._next_look(self._localizer.snapshot)
         stamped = self._publish_stamped()  # the update may have located the newest scan
-        if look.of is stamped.snapshot and not self._health.is_starved:
-            stamped = replace(stamped, look=look.at)
-        report = self._storeys.noted(
-            self._health.report(stamped.output, self._settings().stale_input_s)
-        )
-        if stamped.look is not None:
-            report = replace(report, look=stamped.look.words)
+        report = self._health.report(stamped.output, self._settings().stale_input_s)
+        report = self._storeys.noted(report)
+        if of is stamped.snapshot and look is not None and not self._health.is_starved:
+            stamped = replace(stamped, look=look)
+            report = replace(report, look=look.words)
         self.told = report
-        self._statuses.tell(report)
+        self._log.status(report)
         self._out.publish_status(report)
         self._out.publish_tick(stamped)
 
@@ -150,16 +149,15 @@ class StatusPublisher:
         with self._lock:
             self._out.forget_pose()
 
-    def _look(self, snapshot: Snapshot) -> _CachedLook:
-        """Return where to look next, computed once for each snapshot."""
-        cached, scan = self._cached_look, self.newest
-        if cached is None or cached.of is not snapshot:
-            at = None
+    def _next_look(self, snapshot: Snapshot) -> tuple[Snapshot | None, NextLook | None]:
+        scan = self.newest
+        if self._look[0] is not snapshot:
+            look = None
             if snapshot.plan is not None and scan is not None:
                 drawn = snapshot.plan.nominal.evidence
-                at = next_look(drawn, snapshot.output, scan.T_odom_base)
-            self._cached_look = cached = _CachedLook(snapshot, at)
-        return cached
+                look = next_look(drawn, snapshot.output, scan.T_odom_base)
+            self._look = snapshot, look
+        return self._look
 
     def _publish_stamped(self) -> StampedOutput:
         """Publish the pose from the current values, and return those."""

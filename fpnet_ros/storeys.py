@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
@@ -22,14 +23,10 @@ from fpnet_core.sites.site_files import read_site
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.types import Status
 from fpnet_ros.lifecycle import ManagedNode
-from fpnet_ros.runtime import LATCHED, STREAM, one_line
+from fpnet_ros.logs import one_line
+from fpnet_ros.runtime import LATCHED, STREAM
 from msg_adapters.diagnostics import LocalizerReport
 from msg_adapters.grids import confidence_to_msg
-
-
-def frame_of(storey: str) -> str:
-    """Return the frame of a storey's plan: its name with ``/`` and spaces replaced."""
-    return storey.replace('/', '_').replace(' ', '_')
 
 
 class StoreyTopics:
@@ -65,14 +62,18 @@ class StoreyTopics:
         if site:
             localizer.set_site(read_site(Path(site), config))
             self._storey_topic = node.add_publisher(String, '~/storey', LATCHED)
-            node.add_subscription(String, '~/storey_hint', self._on_hint, STREAM)
-            node.add_subscription(Float64, '~/elevation_hint', self._on_elevation, STREAM)
+            give = partial(self._take, 'storey_hint', localizer.tell_level, 'this is storey {}')
+            node.add_subscription(String, '~/storey_hint', give, STREAM)
+            give = partial(
+                self._take, 'elevation_hint', localizer.tell_elevation, 'the floor is at {:g} m'
+            )
+            node.add_subscription(Float64, '~/elevation_hint', give, STREAM)
 
     def frame_named(self, frame_id: str) -> tuple[str, MapFrame] | None:
         """Return storey and frames for the frame of a storey's plan; None for other frames."""
         site = self._localizer.site
         for storey in () if site is None else site.storeys:
-            if frame_id == frame_of(storey.name):
+            if frame_id == _frame_of(storey.name):
                 return storey.name, MapFrame(storey.plan.grid, frame_id, self._map_frame)
         return None
 
@@ -86,7 +87,7 @@ class StoreyTopics:
         self._storey = output.storey
         self._storey_topic.publish(String(data=output.storey))
         self._log.info(f'the robot is on storey {output.storey}')
-        return MapFrame(plan.given, frame_of(output.storey), self._map_frame)
+        return MapFrame(plan.given, _frame_of(output.storey), self._map_frame)
 
     def publish_differences(self, snapshot: Snapshot, frame: MapFrame | None) -> None:
         """Publish differences from time to time; log when the drawing becomes outdated."""
@@ -114,18 +115,18 @@ class StoreyTopics:
         values = {**report.values, 'outdated_share': outdated.share}
         return replace(report, outdated=outdated.said, values=values)
 
-    def _on_hint(self, msg: String) -> None:
-        give = partial(self._localizer.tell_level, msg.data)
-        self._take('storey_hint', give, f'that this is storey {msg.data}')
-
-    def _on_elevation(self, msg: Float64) -> None:
-        give = partial(self._localizer.tell_elevation, msg.data)
-        self._take('elevation_hint', give, f'that the floor is at {msg.data:g} m')
-
-    def _take(self, topic: str, tell: Callable[[], None], content: str) -> None:
+    def _take(
+        self, topic: str, tell: Callable[[Any], None], said: str, msg: String | Float64
+    ) -> None:
+        """Pass a hint on and log it; ``said`` is what it says, with a place for its content."""
         try:
-            tell()
+            tell(msg.data)
         except FpnetError as error:
             self._log.warning(f'{topic} was rejected: {one_line(error)}')
             return
-        self._log.info(f'received the hint {content}')
+        self._log.info(f'received the hint that {said.format(msg.data)}')
+
+
+def _frame_of(storey: str) -> str:
+    """Return the frame of a storey's plan: its name with ``/`` and spaces replaced."""
+    return storey.replace('/', '_').replace(' ', '_')

@@ -1,11 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes of a robot, with parameters and remappings, from arguments of the launch file."""
+"""
+Nodes of a robot, with parameters and remappings, from arguments of the launch file.
+
+Also the Fast DDS profile for large clouds. Imports no ROS.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import os
+import shutil
 from typing import Any
 
 from fpnet_core.errors import ConfigError
@@ -18,6 +24,10 @@ ARGUMENTS = (
     ('resolution_m', '', 'Metres per pixel of a drawing; 0: as stated, or estimated.'),
     ('storey', '', 'Floor on the sheet, from 1; 0: the largest.'),
     ('page', '', 'Page of a PDF, from 1; 0: the likeliest one.'),
+    ('length', '', 'Two points on the drawing [pixels] and their distance [m]: X1,Y1,X2,Y2,M.'),
+    ('crop', '', 'Part of the drawing to read [pixels]: LEFT,TOP,RIGHT,BOTTOM.'),
+    ('layers', '', 'Layers of a DXF, SVG or PDF with walls, separated by commas.'),
+    ('mirrored', '', 'Flip the drawing: it is a mirror image.'),
     ('floorplan_frame', '', 'Frame of the drawing; map: its scale is trusted.'),
     ('points', '/points', 'Topic of the lidar clouds.'),
     ('scan', '', 'Topics of LaserScans instead of clouds, separated by commas.'),
@@ -101,7 +111,8 @@ def _publishes_tf(arguments: Mapping[str, str]) -> bool:
 
 def _floorplan_server(arguments: Mapping[str, str]) -> NodeSpec:
     parameters = _typed(arguments, use_sim_time=bool, autostart=bool, floorplan=str)
-    parameters |= _typed(arguments, resolution_m=float, storey=int, page=int)
+    parameters |= _typed(arguments, resolution_m=float, storey=int, page=int, mirrored=bool)
+    parameters |= _typed(arguments, length=[float], crop=[int], layers=[str])
     if arguments['floorplan_frame']:
         parameters['frame_id'] = arguments['floorplan_frame']
     return NodeSpec('floorplan_server', parameters)
@@ -151,7 +162,7 @@ def _robot_odom(arguments: Mapping[str, str]) -> str:
 
 
 def _scans(arguments: Mapping[str, str]) -> dict[str, Any]:
-    topics = [word.strip() for word in arguments['scan'].split(',') if word.strip()]
+    topics = _value('scan', arguments['scan'], [str])
     parameters: dict[str, Any] = {'scan_topics': topics} if topics else {}
     if arguments['scan_stamp']:
         parameters['scans.stamp'] = arguments['scan_stamp']
@@ -163,8 +174,8 @@ def _tf(arguments: Mapping[str, str]) -> dict[str, str]:
     return dict(_TF_IN_NAMESPACE) if is_own else {}
 
 
-def _typed(arguments: Mapping[str, str], **kinds: type) -> dict[str, Any]:
-    """Return parameters for the arguments that were set; a file may set the others."""
+def _typed(arguments: Mapping[str, str], **kinds: Any) -> dict[str, Any]:
+    """Return parameters for the arguments that were set; ``[kind]`` stands for a list."""
     return {
         name: _value(name, arguments[name], kind)
         for name, kind in kinds.items()
@@ -172,7 +183,10 @@ def _typed(arguments: Mapping[str, str], **kinds: type) -> dict[str, Any]:
     }
 
 
-def _value(name: str, text: str, kind: type) -> Any:
+def _value(name: str, text: str, kind: Any) -> Any:
+    if isinstance(kind, list):
+        words = (word.strip() for word in text.split(','))
+        return [_value(name, word, kind[0]) for word in words if word]
     if kind is bool:
         return _boolean(name, text)
     try:
@@ -185,3 +199,38 @@ def _boolean(name: str, text: str) -> bool:
     if text.lower() not in ('true', 'false'):
         raise ConfigError(f'{name}:={text} is neither true nor false')
     return text.lower() == 'true'
+
+
+PROFILE_VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+"""Given: environment variable with the path of Fast DDS's profile."""
+
+PROFILE = 'config/fastdds_shm.xml'
+"""Path of the profile in the share folder of this package."""
+
+LARGE_CLOUDS = f'{PROFILE} passes clouds through shared memory (docs/ros.md)'
+"""Remedy for clouds that are lost in transport. Given."""
+
+_FAST_DDS = 'rmw_fastrtps'  # given: prefix of its RMW implementations
+_OTHERS = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')  # given
+# Segments of five participants; container engines mount 64 MB by default.
+_SHARED_MEMORY = '/dev/shm'  # noqa: S108 - given: the kernel's, not a temporary file of ours
+_NEEDED_BYTES = 5 * 64 * 2**20  # chosen
+
+
+def has_shared_memory() -> bool:
+    """Return whether shared memory has room for the segments of the profile."""
+    try:
+        return shutil.disk_usage(_SHARED_MEMORY).free >= _NEEDED_BYTES
+    except OSError:
+        return False
+
+
+def said_of_transport(middleware: str, environment: Mapping[str, str] = os.environ) -> str:
+    """Return the line that a node with clouds logs at its start; empty if none is needed."""
+    is_set = any(environment.get(name) for name in (PROFILE_VARIABLE, *_OTHERS))
+    if is_set or not middleware.startswith(_FAST_DDS):
+        return ''
+    return (
+        f'{PROFILE_VARIABLE} is not set: most clouds above 500 kB will be lost; '
+        f"{LARGE_CLOUDS}; set it for this node and the lidar's driver"
+    )

@@ -1,53 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Counts of lost messages, and worker threads; imports no ROS."""
+"""Worker threads; imports no ROS."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from threading import Condition, Thread
+from threading import Lock, Thread
 import time
 from typing import Any, Generic, TypeVar
 
 Item = TypeVar('Item')
-
-_NUMBER, _FIRST, _NO_NUMBER = 'publication_sequence_number', 1, 2**64 - 1  # given
-_MOST_LOST = 1000  # a larger gap means that two publishers alternate; chosen
-
-
-class Numbering:
-    """
-    Counts lost messages by the sequence numbers of their publisher.
-
-    ``lost`` counts messages that did not arrive: queues overflowed, or fragments went missing.
-    ``earlier`` counts messages that were sent before the first received one: none after complete
-    discovery, thousands if a driver has been running.
-    """
-
-    def __init__(self) -> None:
-        self._last: int | None = None
-        self.lost = self.earlier = 0
-
-    @property
-    def newest(self) -> int:
-        """Number of the newest message, 0 if the middleware does not number them."""
-        return self._last or 0
-
-    def follow(self, info: Mapping[str, Any]) -> bool:
-        """Count a message by its information; return whether a new publisher took over."""
-        number = int(info.get(_NUMBER, _NO_NUMBER))
-        if number == _NO_NUMBER:  # the middleware does not number messages
-            return False
-        last, self._last = self._last, number
-        if last is None:
-            self.earlier = max(0, number - _FIRST)
-            return False
-        missing = number - last - 1
-        if 0 < missing < _MOST_LOST:
-            self.lost += missing
-        return number < last
 
 
 def in_background(work: Callable[[], Any]) -> Future[Any]:
@@ -95,70 +59,48 @@ class Worker:
             self._on_error(error)
 
 
-class DroppingWorker(Generic[Item]):
+class DroppingWorker(Worker, Generic[Item]):
     """
-    A thread that processes items in order, and drops the oldest waiting ones if it is too slow.
+    A thread that processes items in order, and drops the oldest of more than ``limit`` waiting.
 
-    It is never more than ``limit`` items behind, at any sensor rate.
-
-    Parameters
-    ----------
-    work
-        Processes one item, in the worker's thread.
-    limit
-        Items that may wait.
-    on_error
-        Called with an exception of ``work``; the worker goes on.
+    ``work`` processes one item. ``done``, ``dropped`` and ``refused`` count items, the last those
+    that ``work`` raised for; ``work_ms`` is the duration of the last one.
     """
 
     def __init__(
         self,
         work: Callable[[Item], None],
         limit: int,
-        on_error: Callable[[Exception], None],
+        on_error: Callable[[BaseException], None],
         name: str = 'scans',
     ) -> None:
-        self._work = work
-        self._limit = limit
-        self._on_error = on_error
+        super().__init__(name, on_error)
+        self._work, self._limit = work, limit
         self._waiting: deque[Item] = deque()
-        self._changed = Condition()
-        self._is_closed = False
-        self.dropped = 0
-        self.refused = 0  # items that ``work`` raised for
-        self.done = 0
-        self.work_ms = 0.0  # duration of the last item
-        self._thread = Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._lock = Lock()
+        self.done = self.dropped = self.refused = 0
+        self.work_ms = 0.0
 
     def put(self, item: Item) -> None:
         """Queue an item."""
-        with self._changed:
+        with self._lock:
             self._waiting.append(item)
-            if len(self._waiting) > self._limit:
+            is_full = len(self._waiting) > self._limit
+            if is_full:
                 self._waiting.popleft()
                 self.dropped += 1
-            self._changed.notify()
+        if not is_full:  # otherwise the work that waits takes the next item instead
+            self.submit(self._next)
 
-    def close(self) -> None:
-        """Finish the current item and end the thread; queued items are dropped."""
-        with self._changed:
-            self._is_closed = True
-            self._changed.notify()
-        self._thread.join()
-
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._is_closed)
-                if self._is_closed:
-                    return
-                item = self._waiting.popleft()
-            started_s = time.monotonic()
-            try:
-                self._work(item)
-                self.done += 1
-            except Exception as error:  # a defect must not end the thread silently
-                self.refused += 1
-                self._on_error(error)
+    def _next(self) -> None:
+        with self._lock:
+            item = self._waiting.popleft()
+        started_s = time.monotonic()
+        try:
+            self._work(item)
+            self.done += 1
+        except Exception:
+            self.refused += 1
+            raise
+        finally:
             self.work_ms = 1e3 * (time.monotonic() - started_s)

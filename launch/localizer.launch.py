@@ -31,8 +31,7 @@ from launch_ros.actions import Node, PushRosNamespace
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
-from fpnet_ros.wiring import ARGUMENTS, wired
+from fpnet_ros.wiring import ARGUMENTS, PROFILE, PROFILE_VARIABLE, has_shared_memory, wired
 
 _RESPAWN_S = 2.0  # chosen: the resources of a dead node are free by then
 

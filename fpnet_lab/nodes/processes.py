@@ -25,7 +25,7 @@ import time
 from typing import Any, Self
 
 from fpnet_core.errors import FpnetError
-from fpnet_ros.large_clouds import PROFILE, PROFILE_VARIABLE, has_shared_memory
+from fpnet_ros.wiring import PROFILE, PROFILE_VARIABLE, has_shared_memory
 
 PACKAGE = 'fpnet_ros'
 

@@ -16,7 +16,7 @@ from fpnet_core.doctor import Problem
 from fpnet_core.io.message_types import POINT_CLOUD
 from fpnet_ros import checkup
 from fpnet_ros.checkup import Checkup, SweepCheckup, findings_to_msg
-from fpnet_ros.odometry_run import OdometryRun
+from fpnet_ros.robot_odometry import OdometryRun
 
 tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from threading import Event, Thread
 import time
+from types import SimpleNamespace
 from typing import Literal
 
 from pydantic import Field
@@ -22,12 +23,13 @@ from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, Odometr
 from fpnet_core.types import Status
 from fpnet_lab.nodes import processes
 from fpnet_lab.nodes.processes import NodeDiedError, ProcessGroup, ros_arguments
-from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
-from fpnet_ros.odometry_run import OdometryRun
-from fpnet_ros.params import describe
-from fpnet_ros.runtime import ErrorLog, LossLog, SilenceLog, StatusLog
+from fpnet_ros.logs import NodeLog
+from fpnet_ros.params import describe, raise_unknown
+from fpnet_ros.robot_odometry import OdometryRun
+from fpnet_ros.settings import known_parameters
 from fpnet_ros.state_file import StateFile
-from fpnet_ros.work import DroppingWorker, Numbering, Worker
+from fpnet_ros.sweeps import Numbering
+from fpnet_ros.work import DroppingWorker, Worker
 from msg_adapters.diagnostics import LocalizerReport
 
 SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
@@ -51,7 +53,7 @@ def _wait_until_ended(pid: int, timeout_s: float = 10.0) -> bool:
 class TestErrorLog:
     def test_one_line_per_kind_and_period_with_a_count_of_the_rest(self):
         lines, now = [], [100.0]
-        log = ErrorLog(lines.append, lambda: now[0])
+        log = NodeLog(SimpleNamespace(error=lines.append), clock=lambda: now[0])
         log.report(CloudFormatError('bad\n  cloud 1'))
         log.report(CloudFormatError('bad cloud 2'))
         log.report(CloudFormatError('other cloud 3'))
@@ -73,21 +75,21 @@ class TestErrorLog:
 class TestLossLog:
     def test_a_loss_is_logged_with_its_remedy_once_until_it_was_quiet_for_long(self):
         lines, now = [], [100.0]
-        log = LossLog(lines.append, lambda: now[0])
+        log = NodeLog(SimpleNamespace(warning=lines.append), clock=lambda: now[0])
         for count, seconds in ((0, 1.0), (3, 1.0), (5, 50.0), (6, 50.0), (6, 60.0), (7, 1.0)):
             now[0] += seconds
-            news = log.follow({'slow': count, 'other': count}, {'slow': 'send fewer'})
+            news = log.losses({'slow': count, 'other': count}, {'slow': 'send fewer'})
         assert news == ['slow', 'other']
         assert lines == ['slow; send fewer', 'slow; send fewer'], 'the other is logged elsewhere'
-        assert log.follow({'slow': 7, 'other': 7}, {}) == []
+        assert log.losses({'slow': 7, 'other': 7}, {}) == []
 
 
 class TestSilenceLog:
     def test_a_topic_is_missed_once_and_again_after_it_was_heard(self):
         told, warned = [], []
-        log = SilenceLog(told.append, warned.append)
+        log = NodeLog(SimpleNamespace(info=told.append, warning=warned.append))
         for age_s in (0.5, 3.5, 4.5, 0.1, 0.2, 9.0):
-            log.follow({'/scan': age_s, '/odom': 0.1}, 3.0)
+            log.silences({'/scan': age_s, '/odom': 0.1}, 3.0)
         assert warned == [
             'no message on /scan for 4 s: is it published?',
             'no message on /scan for 9 s: is it published?',
@@ -104,13 +106,13 @@ class TestSilenceLog:
 )
 def test_an_unknown_parameter_is_refused_with_the_nearest_known_one(name, message):
     with pytest.raises(ConfigError, match=re.escape(message)):
-        raise_unknown([name], of_all_nodes())
+        raise_unknown([name], known_parameters())
 
 
 class TestStatusLog:
     def test_each_change_is_told_once_and_trouble_as_a_warning(self):
         told, warned = [], []
-        log = StatusLog(told.append, warned.append)
+        log = NodeLog(SimpleNamespace(info=told.append, warning=warned.append))
         for status, is_mirrored in (
             (Status.SEARCHING, False),
             (Status.SEARCHING, False),
@@ -121,7 +123,7 @@ class TestStatusLog:
             (Status.SEARCHING, False),
         ):
             reason = 'mirrored' if is_mirrored else status.value.upper()
-            log.tell(LocalizerReport(status, 0.5, 0, {}, reason, is_mirrored))
+            log.status(LocalizerReport(status, 0.5, 0, {}, reason, is_mirrored))
         assert told == [
             'searching (p 0.50): SEARCHING',
             'localized (p 0.50): LOCALIZED',

@@ -40,7 +40,9 @@ class Input:
     """The localizer's input, what it hands on, and what it says."""
 
     def __init__(self) -> None:
-        from fpnet_ros.inputs import InputParameters, ScanInput
+        from fpnet_ros.inputs import ScanInput
+        from fpnet_ros.logs import NodeLog
+        from fpnet_ros.settings import InputParameters
 
         self._take, self.located, self.stamps, self.said = {}, [], [], []
         node = SimpleNamespace(
@@ -52,7 +54,7 @@ class Input:
             InputParameters(max_pending_scans=2),
             self.located.append,
             lambda: None,
-            self.said.append,
+            NodeLog(SimpleNamespace(error=self.said.append)),
             on_stamp=self.stamps.append,
         )
 

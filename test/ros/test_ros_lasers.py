@@ -3,6 +3,7 @@
 """LaserScans over DDS: of one scanner to a pose on the floorplan, of two to one odometry."""
 
 from array import array
+from types import SimpleNamespace
 
 from geometry_msgs.msg import PoseStamped
 from laser_robot import (
@@ -28,8 +29,10 @@ from fpnet_lab.sim.drives.recording import (
     write_recording,
 )
 from fpnet_lab.sim.lidars.sensors import SENSORS
-from fpnet_ros.inputs import InputParameters, ScanInput
+from fpnet_ros.inputs import ScanInput
+from fpnet_ros.logs import NodeLog
 from fpnet_ros.runtime import STREAM, TF_STATIC
+from fpnet_ros.settings import InputParameters
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
 from msg_adapters.poses import pose_from_msg
@@ -177,7 +180,8 @@ class _Subscriptions:
 def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
     node, located, errors = _Subscriptions(), [], []
     parameters = InputParameters(scan_topics=('/front/scan', '/rear/scan'))
-    scan_input = ScanInput(node, parameters, located.append, lambda: None, errors.append)
+    log = NodeLog(SimpleNamespace(error=errors.append))
+    scan_input = ScanInput(node, parameters, located.append, lambda: None, log)
     take, rng = node.callbacks, np.random.default_rng(6)
     assert set(take) == {'/front/scan', '/rear/scan', 'kiss/odometry', '/tf_static'}
     assert set(scan_input.silence_s) == {'/front/scan, /rear/scan', '/kiss/odometry'}

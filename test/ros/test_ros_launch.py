@@ -24,12 +24,14 @@ pytest.importorskip('rclpy')
 
 from fpnet_core.config import FpnetConfig, OdometryConfig, ScansConfig
 from fpnet_core.config_docs import config_fields
-from fpnet_ros.floorplan_server import FloorplanServerParameters
-from fpnet_ros.large_clouds import PROFILE_VARIABLE, said_of_transport
-from fpnet_ros.lifecycle import LifecycleParameters
-from fpnet_ros.odometry import OdometryParameters
-from fpnet_ros.replay import ReplayParameters
-from fpnet_ros.settings import LocalizerParameters
+from fpnet_ros.settings import (
+    FloorplanServerParameters,
+    LifecycleParameters,
+    LocalizerParameters,
+    OdometryParameters,
+    ReplayParameters,
+)
+from fpnet_ros.wiring import PROFILE_VARIABLE, said_of_transport
 
 pytestmark = pytest.mark.ros
 
@@ -232,7 +234,7 @@ def test_the_profile_for_large_clouds_is_set_where_nobody_set_one(
     described, monkeypatch, has_room
 ):
     monkeypatch.delenv(PROFILE_VARIABLE, raising=False)
-    monkeypatch.setattr('fpnet_ros.large_clouds.has_shared_memory', lambda: has_room)
+    monkeypatch.setattr('fpnet_ros.wiring.has_shared_memory', lambda: has_room)
     found = described('localizer', floorplan='a.yaml')
     given = [each.arguments for each in found.get('SetEnvironmentVariable', [])]
     if not has_room:

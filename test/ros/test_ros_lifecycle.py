@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from fpnet_core.errors import MapFormatError
 from fpnet_lab.nodes.processes import free_domain_id
 from fpnet_ros.lifecycle import ManagedNode, spin
-from fpnet_ros.runtime import described
+from fpnet_ros.logs import described
 
 pytestmark = pytest.mark.ros
 
@@ -158,7 +158,7 @@ def test_a_defect_in_giving_up_after_a_defect_ends_finalized(make, capfd):
     def again() -> None:
         raise ValueError('second')
 
-    node._undo.append(again)
+    node._undo.callback(again)
     assert not node.ask(Transition.TRANSITION_ACTIVATE)
     assert node.state == 'finalized'
     first, second = told(capfd)

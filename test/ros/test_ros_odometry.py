@@ -10,9 +10,10 @@ import pytest
 from sensor_msgs.msg import Imu, PointCloud2
 
 from fpnet_core.geometry import SE2
-from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
+from fpnet_ros.odometry_outputs import OdometryOutputs
 from fpnet_ros.robot_odometry import Patience
 from fpnet_ros.runtime import STREAM, TF, TF_STATIC
+from fpnet_ros.settings import OdometryParameters
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
@@ -214,12 +215,14 @@ def test_tf_is_withheld_from_a_robot_that_has_its_own_by_whatever_name(own):
     """Two that publish odom -> base_link move the robot to and fro in TF."""
     tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
     sent, heard, told = [], [], []
-    outputs = OdometryOutputs(
-        lambda _, topic, __: SimpleNamespace(publish=lambda msg: sent.append((topic, msg))),
-        lambda _, __, take, ___: heard.append(take),
-        OdometryParameters(lidar_odom_frame=own),
-        told.append,
+    node = SimpleNamespace(
+        add_publisher=lambda _, topic, __: SimpleNamespace(
+            publish=lambda msg: sent.append((topic, msg))
+        ),
+        add_subscription=lambda _, __, take, ___: heard.append(take),
+        get_logger=lambda: SimpleNamespace(warning=told.append),
     )
+    outputs = OdometryOutputs(node, OdometryParameters(lidar_odom_frame=own))
 
     def publish(index):
         T_odom_sensor = SE2.from_xy_yaw(0.1 * index, 0.0, 0.0).as_matrix4()

@@ -22,6 +22,7 @@ from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_ros import health as health_module
 from fpnet_ros.health import LOST, ClockSilence, Health
 from fpnet_ros.inputs import LocatedScan
+from fpnet_ros.logs import NodeLog
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
@@ -169,7 +170,7 @@ def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, earlier=0, lost=0)
     inputs.unlocated = inputs.past = inputs.refused = 0
     scans, logged = SimpleNamespace(dropped=2, refused=0, done=7, work_ms=3.5), []
-    health = Health(inputs, scans, ROSClock(), logged.append)
+    health = Health(inputs, scans, ROSClock(), NodeLog(SimpleNamespace(warning=logged.append)))
     output, silence = LocalizerOutput(0, Status.NO_PLAN), 'no cloud for 4 s'
     inputs.unlocated = 1
     report = health.report(output, 3.0)
@@ -193,7 +194,7 @@ def test_what_keeps_scans_from_coming_is_named_at_any_speed_of_the_clock(monkeyp
     inputs = SimpleNamespace(ages_s={}, silence_s=silence_s, waits_for='', earlier=0, lost=0)
     inputs.unlocated = inputs.past = inputs.refused = 0
     scans = SimpleNamespace(dropped=0, refused=0, done=7, work_ms=3.5)
-    health = Health(inputs, scans, ROSClock(), print)
+    health = Health(inputs, scans, ROSClock(), NodeLog(None))
     health.saw_scan(SECOND_NS)
     at_s += 0.3  # four seconds of a recording that is played fast
     assert health.has_turned(5 * SECOND_NS, 1.0)
@@ -212,7 +213,7 @@ def test_odometry_that_never_came_is_the_reason_for_waiting(monkeypatch):
     inputs = SimpleNamespace(ages_s={}, silence_s=silence_s, waits_for='', earlier=0, lost=0)
     inputs.unlocated = inputs.past = inputs.refused = 0
     scans = SimpleNamespace(dropped=0, refused=0, done=0, work_ms=0.0)
-    health = Health(inputs, scans, ROSClock(), print)
+    health = Health(inputs, scans, ROSClock(), NodeLog(None))
     output = LocalizerOutput(0, Status.WAITING, reason='no scan yet')
     assert health.report(output, 3.0).reason == 'no scan yet'
     for at_s in (101.0, 102.0, 103.0, 104.0):

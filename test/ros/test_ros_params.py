@@ -14,11 +14,9 @@ import yaml
 
 from fpnet_core.config import FpnetConfig, Section
 from fpnet_lab.nodes.processes import free_domain_id
-from fpnet_ros.known_parameters import node_sections
-from fpnet_ros.parameter_file import render_parameter_file
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.replay import ReplayNode
-from fpnet_ros.settings import LIVE, LocalizerParameters
+from fpnet_ros.settings import LIVE, SECTIONS, LocalizerParameters, render_parameter_file
 
 pytestmark = pytest.mark.ros
 
@@ -31,7 +29,7 @@ def test_the_shipped_file_has_every_parameter_of_every_node():
     assert text == render_parameter_file(), 'see docs/contributing.md'
     begin = text.index('## localizer')
     written = ''.join(line.removeprefix('    # ') for line in text[begin:].splitlines(True))
-    for part, section in zip(written.split('## ')[1:], node_sections().values(), strict=True):
+    for part, section in zip(written.split('## ')[1:], SECTIONS.values(), strict=True):
         values = yaml.safe_load(part.partition('\n')[2])
         assert section.model_validate(values) == section()
         assert set(values) == set(section.model_fields)

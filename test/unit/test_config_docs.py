@@ -33,7 +33,7 @@ class _Outer(Section):
 
 def test_the_shipped_file_is_the_rendered_one():
     assert SHIPPED.read_text(encoding='utf-8').startswith(render_yaml()), (
-        'run: python -m fpnet_ros.parameter_file > config/fpnet.yaml'
+        'run: python -m fpnet_ros.settings > config/fpnet.yaml'
     )
     assert load_config(SHIPPED) == FpnetConfig()
 
