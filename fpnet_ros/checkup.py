@@ -30,8 +30,7 @@ from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
 from fpnet_core.printable import printable
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
-from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import TF_STATIC, sensor_data
+from fpnet_ros.runtime import TF_STATIC, TFMessage, sensor_data
 from fpnet_ros.settings import STALE_INPUT_S
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 
@@ -74,12 +73,7 @@ class Checkup:
     """
     Checks topics, clocks, TF and the scanner of one localizer, and logs each fault once.
 
-    Parameters
-    ----------
-    node
-        The localizer's node, whose topics are checked for publishers and QoS.
-    inputs
-        Message type by resolved topic of scans and poses; the topic of scans comes first.
+    ``inputs`` maps resolved topics of scans and poses to message types, the topic of scans first.
     """
 
     def __init__(self, node: ManagedNode, inputs: dict[str, str]) -> None:

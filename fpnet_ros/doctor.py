@@ -21,8 +21,7 @@ from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_s
 from fpnet_core.io.message_types import GRID, IMU, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
 from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC
 from fpnet_ros.checkup import DOCTOR, offers_of
-from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import ODOMETRY_QUEUE, TF_STATIC, sensor_data
+from fpnet_ros.runtime import ODOMETRY_QUEUE, TF_STATIC, TFMessage, sensor_data
 
 _DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # for discovery; for the first topic of scans; chosen
 _POLL_S = 0.1  # numerical

@@ -10,7 +10,7 @@ import signal
 import sys
 
 
-def run(name: str) -> int:
+def run(module: str) -> int:
     """
     Import a node's module, run it and return the exit status.
 
@@ -19,13 +19,12 @@ def run(name: str) -> int:
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
-    return int(import_module(f'fpnet_ros.{name}').main())
+    return int(import_module(module).main())
 
 
-localizer = partial(run, 'localizer')
-odometry = partial(run, 'odometry')
-floorplan_server = partial(run, 'floorplan_server')
-replay = partial(run, 'replay')
+localizer = partial(run, 'fpnet_ros.localizer')
+odometry = partial(run, 'fpnet_ros.odometry')
+floorplan_server = partial(run, 'fpnet_ros.floorplan_server')
 
 if __name__ == '__main__':
-    sys.exit(run(sys.argv.pop(1)))
+    sys.exit(run(f'fpnet_ros.{sys.argv.pop(1)}'))

@@ -73,16 +73,10 @@ class ClockSilence:
 
 class Health:
     """
-    Collects counts, ages and warnings of one localizer node.
+    Collects counts, ages and warnings of one localizer node, and logs lost scans.
 
-    Parameters
-    ----------
-    inputs, scans
-        The inputs, and the worker that adds scans.
-    clock
-        The node's clock. While it stands still no other input counts as silent.
-    log
-        Gets a line about lost scans.
+    ``scans`` is the worker that adds scans. While the node's clock stands still no other input
+    counts as silent.
     """
 
     def __init__(

@@ -73,27 +73,14 @@ class ScanInput:
     Passes on every scan once its pose is known, in the executor's thread.
 
     Clouds without point times are decoded later, in another thread, because decoding is slow.
-    Clouds with times are decoded here, because the times determine the stamp of the pose.
+    Clouds with times are decoded here, because the times determine the stamp of the pose;
+    ``scan_stamp`` is the instant of the sweep that a cloud's own stamp gives.
 
-    Parameters
-    ----------
-    on_scan
-        Called with each located scan.
-    on_restart
-        Called when a new process has begun to publish the odometry.
-    log
-        Gets the errors of unusable messages.
-    scan_stamp
-        Instant of the sweep that the stamp of a cloud gives.
-    on_stamp
-        Called with the stamp of every received scan, located or not.
+    ``on_scan`` gets each located scan, ``on_stamp`` the stamp of every received one.
+    ``on_restart`` is called when a new process has begun to publish the odometry.
 
-    Attributes
-    ----------
-    past
-        Scans no newer than the last one while odometry goes on.
-    waits_for
-        What the newest scan lacked on arrival, empty once a located scan was passed on.
+    ``past`` counts scans no newer than the last one while odometry goes on; ``waits_for`` is what
+    the newest scan lacked on arrival, empty once a located scan was passed on.
     """
 
     def __init__(
@@ -114,32 +101,18 @@ class ScanInput:
         self.waits_for = ''
         # KISS-ICP's clouds are registered: no point times, and the stamp is that of the pose.
         is_silent = is_registered(node.resolve_topic_name(KISS_FRAME))
-        self._stamps = SweepStamps(
-            scan_stamp, in_silence if is_silent else node.get_logger().warning
-        )
+        say = in_silence if is_silent else node.get_logger().warning
+        self._stamps = SweepStamps(scan_stamp, say)
+        source, hooks = parameters.odometry_source, (self._pass_on, self._restart)
+        frames = parameters.odom_frame, parameters.base_frame
         self._poses = PoseInput(
-            node,
-            parameters.odometry_source,
-            'odometry_source',
-            KISS_ODOMETRY,
-            parameters.odom_frame,
-            log,
-            parameters.base_frame,
-            self._pass_on,
-            self._restart,
+            node, source, 'odometry_source', KISS_ODOMETRY, log, *frames, *hooks
         )
         where = self._where = self._poses.where
+        base = lambda: where.base_frame  # noqa: E731
         self._sweeps = SweepInput(
-            node,
-            parameters,
-            KISS_FRAME,
-            where.tree,
-            lambda: where.base_frame,
-            self._on_cloud,
-            self._on_sweep,
-            log,
+            node, parameters, KISS_FRAME, where.tree, base, self._on_cloud, self._on_sweep, log
         )
-        self.is_laser = self._sweeps.is_laser
         self.topics = dict(self._sweeps.topics)
         """Message type of each topic of scans and poses, scans first."""
         if parameters.odometry_source == 'topic':

@@ -21,9 +21,8 @@ from rclpy.task import Future as ExecutorFuture
 
 from fpnet_core.errors import FpnetError
 from fpnet_ros.logs import described
-from fpnet_ros.optional_messages import NO_BOND, BondStatus
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.runtime import STREAM, run_node
+from fpnet_ros.runtime import NO_BOND, STREAM, BondStatus, run_node
 from fpnet_ros.settings import LifecycleParameters
 from fpnet_ros.work import in_background
 from msg_adapters.stamps import header_to_msg
@@ -31,12 +30,8 @@ from msg_adapters.stamps import header_to_msg
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 ERROR = TransitionCallbackReturn.ERROR
 
-# Given: defaults of Nav2's bond_heartbeat_period and of bondcpp's heartbeat timeout.
+# Given: Nav2's default of bond_heartbeat_period, and the heartbeat timeout of its bonds.
 _BOND_PERIOD_S, _BOND_TIMEOUT_S = 0.25, 4.0
-
-
-class TransitionError(FpnetError):
-    """Failure of a lifecycle transition; the message has the transition and the reason."""
 
 
 class ManagedNode(OwnValues, LifecycleNode):
@@ -55,14 +50,10 @@ class ManagedNode(OwnValues, LifecycleNode):
         super().__init__(name)
         self.is_active = False
         self._autostart = ParameterTree(self, LifecycleParameters).value.autostart
-        self._bond: _Bond | None = None
-        if not self._autostart and BondStatus is None:
-            self.get_logger().warning(NO_BOND)
-        elif not self._autostart:
-            self._bond = _Bond(self)
+        self._bond = _Bond(self, is_wanted=not self._autostart)
         self._prepared: Future[None] | None = None
         self._undo = ExitStack()
-        self._error: TransitionError | None = None
+        self._error: FpnetError | None = None  # the first one of a transition
         self._is_starting = False
         # In rclpy a transition request that does not fit the state ends the process.
         (service,) = (each for each in self.services if each.srv_type is ChangeState)
@@ -105,7 +96,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         self._is_starting = True
         for trigger in (self.trigger_configure, self.trigger_activate):
             if trigger() != SUCCESS:
-                raise self._error or TransitionError('the node could not be started')
+                raise self._error or FpnetError('the node could not be started')
         self._is_starting = False
 
     def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
@@ -174,8 +165,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         result = self._guarded('activate', self.activate)
         if result == SUCCESS:
             self.get_logger().info('active')
-            if self._bond is not None:
-                self._bond.form()
+            self._bond.form()
             return result
         self.is_active = False
         super().on_deactivate(state)
@@ -190,7 +180,7 @@ class ManagedNode(OwnValues, LifecycleNode):
             return result
         if result == SUCCESS:
             self.get_logger().info('inactive')
-            self._dissolve_bond()
+            self._bond.dissolve()
         super().on_deactivate(state)
         return result
 
@@ -218,7 +208,7 @@ class ManagedNode(OwnValues, LifecycleNode):
                 act()
         except Exception as error:  # rclpy would drop it silently
             said = f'{step} failed: {described(error)}'
-            is_first, self._error = self._error is None, self._error or TransitionError(said)
+            is_first, self._error = self._error is None, self._error or FpnetError(said)
             if not (is_first and self._is_starting):
                 self.get_logger().error(said)
             return FAILURE if isinstance(error, FpnetError) else ERROR
@@ -235,15 +225,11 @@ class ManagedNode(OwnValues, LifecycleNode):
             response.success = False
             return response
 
-    def _dissolve_bond(self) -> None:
-        if self._bond is not None:
-            self._bond.dissolve()
-
     def _release(self) -> None:
         """Release everything in reverse order of creation, even if a step raises."""
         self.is_active = False
         with ExitStack() as steps:
-            steps.callback(self._dissolve_bond)
+            steps.callback(self._bond.dissolve)
             steps.callback(self._undo.close)
             steps.callback(self.cleanup)
 
@@ -253,18 +239,23 @@ class _Bond:
     Heartbeat on ``bond`` while a node is active, as Nav2's lifecycle manager expects it.
 
     This is the watched side of bondcpp's protocol: the manager keeps the bond, which has the
-    node's name, as long as it receives this heartbeat. The class does not subscribe, because all
-    nodes of Nav2 and their manager publish several times a second on that one topic.
+    node's name, as long as it receives this heartbeat, four times a second as from Nav2's nodes.
+    The class does not subscribe, because all of them and their manager publish on that one topic.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._publisher = node.create_publisher(BondStatus, 'bond', STREAM)
+    def __init__(self, node: Node, is_wanted: bool) -> None:
+        self._node, self._publisher = node, None
         self._instance = ''
         self._timer: Any = None
+        if is_wanted and BondStatus is not None:
+            self._publisher = node.create_publisher(BondStatus, 'bond', STREAM)
+        elif is_wanted:
+            node.get_logger().warning(NO_BOND)
 
     def form(self) -> None:
-        """Start a new bond."""
+        """Start a new bond, if one is wanted."""
+        if self._publisher is None:
+            return
         self._instance = str(uuid4())
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may be paused
         self._timer = self._node.create_timer(_BOND_PERIOD_S, self._beat, clock=steady)

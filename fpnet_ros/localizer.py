@@ -6,25 +6,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
+from dataclasses import replace
+from functools import lru_cache
+from threading import Lock
 
 from rclpy.clock import Clock, ClockType
-from rclpy.utilities import get_rmw_implementation_identifier
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, ScalePolicy
+from fpnet_core.errors import FpnetError
 from fpnet_core.io.sessions import TICK_NAME, TICKS_NAME
 from fpnet_core.localizer import create_localizer
+from fpnet_core.localizer.guidance import NextLook, next_look
+from fpnet_core.localizer.localizer import Snapshot
+from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
-from fpnet_ros.floorplans import FloorplanInput, ServedPlan
+from fpnet_ros.floorplans import FloorplanInput, ServedPlan, StoreyTopics
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, Health
 from fpnet_ros.inputs import LocatedScan, ScanInput
 from fpnet_ros.lifecycle import ManagedNode, run_managed
-from fpnet_ros.logs import NodeLog
-from fpnet_ros.optional_messages import NO_TF, TFMessage
-from fpnet_ros.outputs import LocalizerOutputs
+from fpnet_ros.logs import NodeLog, one_line
+from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
 from fpnet_ros.params import ParameterTree
+from fpnet_ros.runtime import NO_TF, TFMessage
 from fpnet_ros.services import (
     HandOver,
     InitialPoses,
@@ -34,10 +40,8 @@ from fpnet_ros.services import (
 )
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
-from fpnet_ros.status_publisher import StatusPublisher
-from fpnet_ros.storeys import StoreyTopics
-from fpnet_ros.wiring import said_of_transport
 from fpnet_ros.work import DroppingWorker, Worker
+from msg_adapters.diagnostics import LocalizerReport
 
 
 class LocalizerNode(ManagedNode):
@@ -46,7 +50,7 @@ class LocalizerNode(ManagedNode):
 
     Three threads: the executor's handles messages, services and TF; a second one adds scans; a
     third one runs updates, new floorplans and saves in sequence, so that slow work does not block
-    the first. docs/ros.md describes topics, services and parameters.
+    the first. Any of them may publish. docs/ros.md describes topics, services and parameters.
     """
 
     def __init__(self) -> None:
@@ -69,87 +73,62 @@ class LocalizerNode(ManagedNode):
     def configure(self) -> None:
         """Load the weights and connect; raise FpnetError for a bad parameter or file."""
         config, parameters, logger = self._config.value, self._settings.value, self.get_logger()
-        self._log = NodeLog(logger, self.context.ok)
+        self._log, self._publishing = NodeLog(logger, self.context.ok), Lock()
+        self._frame: MapFrame | None = None  # of the floorplan
+        self._shown: MapFrame | None = None
+        self._newest: LocatedScan | None = None  # scan that was added last
+        self._told: LocalizerReport | None = None  # of the last update
+        self._next_look = lru_cache(maxsize=1)(self._look_on)
+        self._update: Future[None] | None = None
         self._localizer = localizer = create_site_localizer(config)
         if TFMessage is None and parameters.sends_tf:
             logger.warning(f'no TF: {NO_TF}')
         self._run_folder = RunFolder(parameters.run_dir, logger)
         self.add_end(lambda: self._run_folder.write(TICK_NAME, localizer.output))
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
-        storeys = StoreyTopics(self, localizer, parameters.site, config, parameters.map_frame)
-        self._update: Future[None] | None = None
+        self._storeys = StoreyTopics(self, localizer, config, parameters)
         self._updates = Worker('updates', self._log.report)
         self.add_end(self._updates.close)
-        self._scans = DroppingWorker(
-            self._add_scan, parameters.max_pending_scans, self._log.report
-        )
+        waiting = parameters.max_pending_scans
+        self._scans = DroppingWorker(self._add_scan, waiting, self._log.report)
         self.add_end(self._scans.close)
-        inputs = ScanInput(
-            self,
-            parameters,
-            self._on_scan,
-            self._on_restart,
-            self._log,
-            config.scans.stamp,
-            self._on_stamp,
-        )
+        hooks, stamp = (self._on_scan, self._on_restart), config.scans.stamp
+        hear = lambda stamp_ns: self.is_active and self._checkup.hear(stamp_ns)  # noqa: E731
+        inputs = ScanInput(self, parameters, *hooks, self._log, stamp, hear)
         self._health = Health(inputs, self._scans, self.get_clock(), self._log)
-        self._publisher = StatusPublisher(
-            self,
-            localizer,
-            self._out,
-            storeys,
-            self._health,
-            lambda: self._settings.value,
-            self._log,
-        )
         # At cleanup it is saved before waiting for the threads.
-        self._state_file = StateFile(parameters.state_file, localizer, inputs.odometry_run, logger)
-        self.add_end(lambda: self._publisher.newest and self._state_file.save())
+        path, run = parameters.state_file, inputs.odometry_run
+        self._state_file = StateFile(path, localizer, run, logger)
+        self.add_end(lambda: self._newest and self._state_file.save())
         self._state_file.restore()
         self._checkup = Checkup(self, inputs.topics)
-        said = said_of_transport(get_rmw_implementation_identifier())
-        if said and not inputs.is_laser:
-            logger.info(said)
         if not parameters.site:
             FloorplanInput(self, self._on_floorplan, self._log.report)
-        self._offer_services(parameters, storeys)
+        # Hints refer to a floorplan and a scan.
+        situation, named = lambda: (self._frame, self._newest), self._storeys.frame_named
+        first = parameters.first_pose
+        self._hints = InitialPoses(situation, named, localizer.suggest, logger, first)
+        self._hand_over = HandOver(self) if parameters.hand_over else None
+        acts = self._relocalize, localizer.reset, self._update_now
+        offer_services(self, self._hints, *acts, is_amcl_there=parameters.hand_over)
         self._add_timers(config.localizer.update_period_s, parameters)
         self._is_configured = True
         self._settings.is_frozen = self._config.is_frozen = True
 
     def activate(self) -> None:
         """Publish the status, which an inactive node does not publish."""
-        self._publisher.update()
+        self._publish()
 
     def deactivate(self) -> None:
         """Stop publishing; the result of a running update is discarded."""
         self._action.stop()
-        self._publisher.stop()
+        with self._publishing:
+            self._out.forget_pose()
 
     def cleanup(self) -> None:
         """Abort goals, and allow all parameters to change again."""
         self._action.stop()
         self._is_configured = self._settings.is_frozen = self._config.is_frozen = False
-
-    def _offer_services(self, parameters: LocalizerParameters, storeys: StoreyTopics) -> None:
-        """Offer pose hints and services; with ``hand_over`` AMCL's names are left to AMCL."""
-        self._hints = InitialPoses(
-            self._publisher.situation,
-            storeys.frame_named,
-            self._localizer.suggest,
-            self.get_logger(),
-            parameters.first_pose,
-        )
-        self._hand_over = HandOver(self) if parameters.hand_over else None
-        offer_services(
-            self,
-            self._hints,
-            self._relocalize,
-            self._localizer.reset,
-            self._update_now,
-            parameters.hand_over,
-        )
 
     def _add_timers(self, update_period_s: float, parameters: LocalizerParameters) -> None:
         # The timers on the steady clock also run while simulated time stands still.
@@ -171,10 +150,6 @@ class LocalizerNode(ManagedNode):
 
     # ---- inputs: the executor's thread
 
-    def _on_stamp(self, stamp_ns: int) -> None:
-        if self.is_active:
-            self._checkup.hear(stamp_ns)
-
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
             self._state_file.before_scan()
@@ -186,7 +161,7 @@ class LocalizerNode(ManagedNode):
 
     def _on_floorplan(self, plan: ServedPlan) -> None:
         policy = self._config.value.localizer.scale_policy
-        self._updates.submit(self._publisher.floorplan, plan, policy)
+        self._updates.submit(self._take_floorplan, plan, policy)
 
     # ---- services: the executor's thread
 
@@ -195,7 +170,7 @@ class LocalizerNode(ManagedNode):
         if self._hand_over is not None:
             self._hand_over.is_due = True
         if self.is_active:
-            self._publisher.update()
+            self._publish()
 
     def _update_now(self) -> None:
         if self.is_active:  # queued after a running update, which lacks the newest scans
@@ -211,23 +186,29 @@ class LocalizerNode(ManagedNode):
             self._update = self._updates.submit(self._run_update)
 
     def _follow(self) -> None:
-        self._publisher.transform()
+        """Broadcast post-dated TF while scans arrive; publish when they stop or resume."""
+        settings, health, now_ns = self._settings.value, self._health, self._now_ns()
+        if self.is_active and health.has_turned(now_ns, settings.scan_timeout_s):
+            self._publish()
+        if settings.sends_tf and now_ns and not health.is_starved:
+            self._out.broadcast(now_ns + round(settings.transform_tolerance * NS_PER_S))
         self._hints.follow()
-        if self._publisher.told is not None:
-            self._action.follow(self._publisher.told, self._publisher.accepted)
+        if self._told is not None:
+            self._action.follow(self._told, None if health.is_starved else self._out.accepted)
 
     def _publish_diagnostics(self) -> None:
+        stale_s = self._settings.value.stale_input_s
         self._state_file.follow_odometry()
         if self.is_active:
-            stale_s = self._settings.value.stale_input_s
             if self._log.silences(self._health.silence_s, stale_s):
-                self._publisher.update()  # no update runs while the clock stands still
+                self._publish()  # no update runs while the clock stands still
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.accepted)
-        self._publisher.diagnostics(self._checkup.findings())
+        news = self._storeys.noted(self._health.news(self._localizer.output, stale_s))
+        self._out.publish_diagnostics(news, self._checkup.findings(), self._now_ns())
 
     def _autosave(self) -> None:
-        if self.is_active and self._publisher.newest is not None:
+        if self.is_active and self._newest is not None:
             self._save()
 
     # ---- scans: their own thread
@@ -236,17 +217,81 @@ class LocalizerNode(ManagedNode):
         cloud = scan.unpack()
         self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
-        self._publisher.scan(scan)
+        self._newest = scan
+        self._health.saw_scan(self._now_ns())
+        self._publish_pose()
 
-    # ---- updates: their own thread
+    # ---- updates and floorplans: their own thread
 
     def _run_update(self) -> None:
         before = self._localizer.output
-        output = self._localizer.update(self.get_clock().now().nanoseconds)
-        self._publisher.update()
+        output = self._localizer.update(self._now_ns())
+        self._publish()
         if output is not before:
-            self._publisher.differences()
+            self._storeys.publish_differences(self._localizer.snapshot, self._frame)
             self._run_folder.write(f'{TICKS_NAME}/{output.stamp_ns:020d}.npz', output)
+
+    def _take_floorplan(self, plan: ServedPlan, policy: ScalePolicy) -> None:
+        """Pass a floorplan to the localizer; if that refuses it, the old one stays."""
+        try:
+            plan.give_to(self._localizer, policy)
+        except FpnetError as error:
+            self.get_logger().error(one_line(error))
+            return
+        self._out.forget_path()
+        said = f'{plan.frame_id}{plan.said_of_scale}'
+        self.get_logger().info(f'received the floorplan in frame {said}')
+        self._show(MapFrame(plan.grid, plan.frame_id, self._settings.value.map_frame))
+        self._publish()
+
+    # ---- publishing: any thread
+
+    def _publish(self) -> None:
+        """Publish pose, status and the other results of an update."""
+        changed = self._storeys.follow(self._localizer.snapshot)
+        if changed is not None:
+            self._out.forget_path()
+            self._show(changed)
+        frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom
+        if frame is not None:
+            self._show(frame if A_plan_odom is None else frame.followed(A_plan_odom))
+        look = self._next_look(snapshot := self._localizer.snapshot)
+        stamped = self._publish_pose()  # the update may have located the newest scan
+        report = self._health.report(stamped.output, self._settings.value.stale_input_s)
+        report = self._storeys.noted(report)
+        is_its = look is not None and snapshot is stamped.snapshot
+        if is_its and not self._health.is_starved:
+            stamped, report = replace(stamped, look=look), replace(report, look=look.words)
+        self._told = report
+        self._log.status(report)
+        self._out.publish_status(report)
+        self._out.publish_tick(stamped)
+
+    def _publish_pose(self) -> StampedOutput:
+        """Publish the pose from the current values, and return those."""
+        with self._publishing:  # so that threads publish in the order of their values
+            stamped = StampedOutput.of(self._localizer.snapshot, self._frame, self._newest)
+            if self.is_active:
+                self._out.publish_pose(stamped)
+        return stamped
+
+    def _look_on(self, snapshot: Snapshot) -> NextLook | None:
+        """Return where to look next; computed once for each snapshot."""
+        plan, scan = snapshot.plan, self._newest
+        if plan is None or scan is None:
+            return None
+        return next_look(plan.nominal.evidence, snapshot.output, scan.T_odom_base)
+
+    def _show(self, frame: MapFrame) -> None:
+        """Set the frame ``map``; publish the floorplan in it if it has changed."""
+        self._frame = frame
+        # An inactive node's publishers drop messages: its floorplan is published on activation.
+        if frame is not self._shown and self.is_active:
+            self._shown = frame
+            self._out.publish_scaled(frame, self._now_ns())
+
+    def _now_ns(self) -> int:
+        return self.get_clock().now().nanoseconds
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -26,14 +26,7 @@ class NodeLog:
     """
     Logs changes, failures and losses of a node without repetitions.
 
-    Parameters
-    ----------
-    logger
-        The node's logger.
-    is_alive
-        Whether the node goes on: errors of one that shuts down are no defects.
-    clock
-        Returns seconds.
+    ``is_alive`` tells whether the node goes on: errors of one that shuts down are no defects.
     """
 
     def __init__(

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.serialization import deserialize_message
-from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
@@ -33,7 +32,7 @@ from fpnet_ros.robot_odometry import GyroInput, PoseInput
 from fpnet_ros.runtime import STREAM, run_node
 from fpnet_ros.settings import STALE_INPUT_S, OdometryParameters
 from fpnet_ros.sweeps import SweepInput
-from fpnet_ros.wiring import LARGE_CLOUDS, said_of_transport
+from fpnet_ros.wiring import LARGE_CLOUDS
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
@@ -90,7 +89,7 @@ class OdometryNode(OwnValues):
         self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
         source = settings.robot_odometry
         odom_frame = settings.odom_frame if source == 'tf' else ''
-        self._robot = PoseInput(self, source, 'robot_odometry', 'odom', odom_frame, self._log)
+        self._robot = PoseInput(self, source, 'robot_odometry', 'odom', self._log, odom_frame)
         self._tree = self._robot.where.tree
         self._gyro = GyroInput(self, self._tree, self._log) if settings.use_imu else None
         self._out = OdometryOutputs(self, settings)
@@ -102,15 +101,9 @@ class OdometryNode(OwnValues):
             self._try_to_register, settings.max_pending_scans, self._log.report, 'registration'
         )
         base = settings.base_frame
+        hooks = (lambda: base), self._on_cloud, self._on_sweep
         self._sweeps = SweepInput(
-            self,
-            settings,
-            'pointcloud_topic',
-            self._tree,
-            lambda: base,
-            self._on_cloud,
-            self._on_sweep,
-            self._log,
+            self, settings, 'pointcloud_topic', self._tree, *hooks, self._log
         )
         topics = self._sweeps.topics
         if len(topics) > 1 and not base:
@@ -118,9 +111,6 @@ class OdometryNode(OwnValues):
                 f'parameter base_frame is empty; set it to merge {len(topics)} scanners'
             )
         self._checkup = SweepCheckup(self.resolve_topic_name('pointcloud_topic'))
-        said = said_of_transport(get_rmw_implementation_identifier())
-        if said and not self._sweeps.is_laser:
-            logger.info(said)
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # simulated time may stand still
         self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
 

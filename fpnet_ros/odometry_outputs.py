@@ -16,13 +16,14 @@ from fpnet_core.geometry.motion import twist
 from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
-from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.params import OwnValues
-from fpnet_ros.runtime import STREAM, TF
+from fpnet_ros.runtime import NO_TF, STREAM, TF, TFMessage
 from fpnet_ros.settings import OdometryParameters
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.transforms import transform_to_msg
+
+Array = NDArray[np.float64]
 
 _TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
 """
@@ -31,8 +32,6 @@ recordings (`python benchmarks/wirings.py`).
 """
 
 _SENT = 100  # numerical: own transforms kept for comparison: ten seconds of sweeps
-
-Array = NDArray[np.float64]
 
 
 class OdometryOutputs:

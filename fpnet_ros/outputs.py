@@ -27,8 +27,7 @@ from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.checkup import findings_to_msg
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
-from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
+from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF, TFMessage
 from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
 from msg_adapters.grids import grid_to_msg
 from msg_adapters.markers import (

@@ -116,19 +116,10 @@ class ParameterTree(Generic[AnySection]):
     """
     Parameters for all keys below a section; ``value`` is the section with their current values.
 
-    Parameters
-    ----------
-    section
-        The keys, with type, range, description and default.
-    prefix
-        Dotted prefix of every name, for example ``odometry.``.
-    without
-        Names of subsections that this node does not read; they keep their defaults.
-    live
-        Keys that may change at any time. Changes of others are refused while ``is_frozen``,
-        which the node sets once it has read them.
-    on_change
-        Called after a change.
+    Names have a dotted ``prefix``, for example ``odometry.``. The subsections ``without`` keep
+    their defaults, as the node does not read them. The keys ``live`` may change at any time;
+    changes of others are refused while ``is_frozen``, which the node sets once it has read them.
+    ``on_change`` is called after a change.
 
     Raises
     ------

@@ -24,9 +24,8 @@ from fpnet_core.geometry.pose_track import Array
 from fpnet_core.io.topic_names import TF_STATIC_TOPIC, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.logs import NodeLog
-from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.params import OwnValues
-from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
+from fpnet_ros.runtime import NO_TF, ODOMETRY_QUEUE, TF, TF_STATIC, TFMessage, sensor_data
 from fpnet_ros.sweeps import Numbering
 from msg_adapters.imu import rate_from_msg
 from msg_adapters.odometry import odometry_from_msg
@@ -95,32 +94,13 @@ class PoseInput:
     """
     Poses of the robot from an odometry topic or TF, and mounts of its sensors from ``/tf_static``.
 
-    Another thread than the executor's may call :meth:`awaited` and :meth:`wait_until`.
+    ``source`` is ``none``, ``topic`` or ``tf``, the value of the parameter ``source_key``; frames
+    are as of :class:`fpnet_core.geometry.pose_lookup.PoseLookup`, ``where``. ``on_change`` is
+    called after each message. If a new process publishes the odometry, older poses are cleared
+    and ``on_restart`` is called; None keeps them. ``log`` gets the errors of unusable messages.
 
-    Parameters
-    ----------
-    node
-        The node that subscribes.
-    source
-        ``none``, ``topic`` or ``tf``; ``source_key`` is the parameter that says so.
-    topic
-        Topic of the odometry.
-    odom_frame, base_frame
-        Frames, as of :class:`fpnet_core.geometry.pose_lookup.PoseLookup`.
-    log
-        Gets the errors of unusable messages.
-    on_change
-        Called after each message.
-    on_restart
-        Called when a new process has begun to publish the odometry, after older poses are cleared;
-        None keeps them.
-
-    Attributes
-    ----------
-    where
-        The poses and mounts received so far.
-    missed
-        Awaited poses that did not arrive in time although the odometry is received.
+    Another thread than the executor's may call :meth:`awaited` and :meth:`wait_until`. ``missed``
+    counts awaited poses that did not arrive in time although the odometry is received.
 
     Raises
     ------
@@ -134,8 +114,8 @@ class PoseInput:
         source: str,
         source_key: str,
         topic: str,
-        odom_frame: str,
         log: NodeLog,
+        odom_frame: str = '',
         base_frame: str = '',
         on_change: Callable[[], None] = lambda: None,
         on_restart: Callable[[], None] | None = None,

@@ -1,10 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""QoS profiles, start and shutdown of every node of this package."""
+"""QoS profiles, optional message types, start and shutdown of every node of this package."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from importlib import import_module
 import logging
 import os
 from pathlib import Path
@@ -33,13 +34,8 @@ from fpnet_ros.params import refuse_unknown
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
-STREAM_QUEUE = 50
-"""Queue depth of the publishers and subscriptions of this package. Chosen."""
-
 ODOMETRY_QUEUE = 100
-"""
-Queue depth: wheel odometry at 100 Hz for one second; older poses would be too late. Chosen.
-"""
+"""Chosen: wheel odometry at 100 Hz for one second; older poses would be too late."""
 
 
 def _profile(
@@ -57,8 +53,8 @@ LATCHED = _profile(1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 STATUS = _profile(10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Like ``LATCHED``, with a longer queue for a topic that changes. Chosen."""
 
-STREAM = _profile(STREAM_QUEUE)
-"""Profile of publishers; subscriptions of either reliability match it."""
+STREAM = _profile(50)
+"""Profile of publishers; subscriptions of either reliability match it. Depth: chosen."""
 
 TF = _profile(100)
 """Given: as tf2_ros for ``/tf``."""
@@ -75,6 +71,30 @@ def sensor_data(depth: int) -> QoSProfile:
     """
     return _profile(depth, QoSReliabilityPolicy.BEST_EFFORT)
 
+
+def _optional(module: str, name: str) -> Any:
+    try:
+        return getattr(import_module(module), name)
+    except ImportError:
+        return None
+
+
+TFMessage = _optional('tf2_msgs.msg', 'TFMessage')  # in no wheel; see docs/install.md
+BondStatus = _optional('bond.msg', 'Status')
+SetInitialPose = _optional('nav2_msgs.srv', 'SetInitialPose')
+Localize = _optional('fpnet_msgs.action', 'Localize')
+
+_SETUP = 'or run make setup with a C++ compiler'
+
+NO_TF = f'tf2_msgs is not installed; install ROS 2, {_SETUP}'
+NO_BOND = (
+    f'no bond to a lifecycle manager: bond is not installed; install ros-jazzy-bond, {_SETUP}, or '
+    "set the manager's bond_timeout to 0.0"
+)
+NO_SERVICE = (
+    f'no ~/set_initial_pose: nav2_msgs is not installed; install ros-jazzy-nav2-msgs, {_SETUP}'
+)
+NO_ACTION = f'no ~/localize: fpnet_msgs is not installed; build interfaces/fpnet_msgs, {_SETUP}'
 
 _SWITCH_S = 0.001
 """

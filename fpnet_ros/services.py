@@ -24,8 +24,7 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.logs import one_line
-from fpnet_ros.optional_messages import NO_ACTION, NO_SERVICE, Localize, SetInitialPose
-from fpnet_ros.runtime import STREAM
+from fpnet_ros.runtime import NO_ACTION, NO_SERVICE, STREAM, Localize, SetInitialPose
 from msg_adapters.diagnostics import LocalizerReport
 from msg_adapters.poses import UncertainPose, uncertain_pose_from_msg
 
@@ -38,21 +37,9 @@ class InitialPoses:
     """
     Passes pose hints to the localizer, in the executor's thread, and logs each.
 
-    A hint refers to a floorplan and a scan. Before the first ones it waits; a newer hint replaces
-    it.
-
-    Parameters
-    ----------
-    situation
-        Returns the floorplan's frames and the newest scan, each None if there is none yet.
-    frame_named
-        Returns storey and frames for the frame of a storey's plan; None for other frames.
-    suggest
-        Passes a hint to the localizer.
-    logger
-        The node's logger.
-    first
-        Hint from the parameters, if any.
+    A hint refers to a floorplan and a scan, those of ``situation()``, or for the plan of a storey
+    to ``frame_named(frame)``. Before there are both it waits; a newer hint replaces it. ``first``
+    is the hint from the parameters, if any.
     """
 
     def __init__(

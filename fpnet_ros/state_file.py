@@ -25,14 +25,7 @@ class StateFile:
     """
     Saves and restores one localizer, never into another odometry frame.
 
-    Parameters
-    ----------
-    path
-        File; empty: none.
-    odometry
-        Returns the current run of the odometry.
-    logger
-        The node's logger.
+    An empty ``path`` saves nothing; ``odometry`` returns the current run of the odometry.
     """
 
     def __init__(

@@ -10,6 +10,7 @@ from functools import partial
 import time
 from typing import Any
 
+from rclpy.utilities import get_rmw_implementation_identifier
 from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
 
 from fpnet_core.errors import FpnetError, OdometryError
@@ -20,6 +21,7 @@ from fpnet_ros.logs import NodeLog
 from fpnet_ros.params import OwnValues
 from fpnet_ros.runtime import sensor_data
 from fpnet_ros.settings import InputParameters, OdometryParameters
+from fpnet_ros.wiring import said_of_transport
 from msg_adapters.lasers import laser_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
@@ -59,35 +61,15 @@ class SweepInput:
     """
     Passes on clouds as they come, or merged sweeps of all scanners, in the executor's thread.
 
-    Decoding a LaserScan here takes a fraction of a millisecond. It waits while the mount of its
-    scanner is unknown, so that none is lost before ``/tf_static`` arrives.
+    The parameters name the scanners; without any, ``on_cloud`` gets the bytes of each message on
+    ``cloud_topic``. A LaserScan is decoded here, which takes a fraction of a millisecond. It waits
+    while the mount of its scanner in ``base_frame()`` is unknown in ``tree``, so that none is lost
+    before ``/tf_static`` arrives; of more than ``max_pending_scans`` the oldest is dropped. An
+    empty base frame stands for the scanner's, if there is only one. ``on_sweep`` gets merged
+    sweeps and their frame, ``log`` the errors of unusable messages.
 
-    Parameters
-    ----------
-    node, parameters
-        The node and its parameters: topics of scanners, and how many scans of each may wait for
-        its mount; the oldest are dropped.
-    cloud_topic
-        Topic of clouds, unless the parameters name scanners.
-    tree
-        Transforms with the mounts of the scanners.
-    base_frame
-        Returns the base frame; empty: the scanner's frame, if there is only one.
-    on_cloud
-        Called with the bytes of each cloud.
-    on_sweep
-        Called with each merged sweep and its frame.
-    log
-        Gets the errors of unusable messages.
-
-    Attributes
-    ----------
-    topics
-        Message type by resolved topic.
-    dropped
-        Scans for which the mount of their scanner did not arrive in time.
-    refused
-        Inconsistent scans, and scans of tilted scanners.
+    ``topics`` maps resolved topics to message types. ``dropped`` counts scans for which the mount
+    did not arrive in time, ``refused`` inconsistent ones and those of tilted scanners.
     """
 
     def __init__(
@@ -119,6 +101,8 @@ class SweepInput:
         for topic, message in kinds.items():
             node.add_subscription(message, topic, partial(self._on_scan, topic), qos)
         if not kinds:  # raw, because decoding is slow
+            if said := said_of_transport(get_rmw_implementation_identifier()):
+                node.get_logger().info(said)
             take = partial(self._take_cloud, cloud_topic)
             node.add_subscription(PointCloud2, cloud_topic, take, qos, raw=True)
 

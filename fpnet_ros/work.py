@@ -29,16 +29,7 @@ def in_background(work: Callable[[], Any]) -> Future[Any]:
 
 
 class Worker:
-    """
-    A thread that runs all submitted work in order.
-
-    Parameters
-    ----------
-    name
-        Name of the thread.
-    on_error
-        Called with an exception of the work; the worker goes on.
-    """
+    """A thread that runs all submitted work in order; ``on_error`` gets its exceptions."""
 
     def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
         self._on_error = on_error

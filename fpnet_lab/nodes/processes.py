@@ -94,8 +94,9 @@ def share_file(name: str) -> Path:
 
 
 def node_command(name: str) -> list[str]:
-    """Return the command that runs a node of this package with this interpreter."""
-    return [sys.executable, '-m', f'{PACKAGE}.executables', name]
+    """Return the command that runs a node, by the name of its executable."""
+    words = [__package__] if name == 'replay' else [f'{PACKAGE}.executables', name]
+    return [sys.executable, '-m', *words]
 
 
 def ros_arguments(

@@ -45,9 +45,11 @@ class Input:
         from fpnet_ros.settings import InputParameters
 
         self._take, self.located, self.stamps, self.said = {}, [], [], []
+        self.said_of_transport = []
         node = SimpleNamespace(
             add_subscription=lambda _, topic, take, *__, **___: self._take.update({topic: take}),
             resolve_topic_name=lambda topic: topic,
+            get_logger=lambda: SimpleNamespace(info=self.said_of_transport.append),
         )
         self.input = ScanInput(
             node,

@@ -79,7 +79,7 @@ def test_a_floorplan_that_comes_before_activation_is_published_on_activation(nod
     node.trigger_configure()
     node._on_floorplan(ServedPlan(plan_grid(), 'drawing', GridScale(1)))
     end_s = time.monotonic() + 20.0
-    while node._publisher.frame is None and time.monotonic() < end_s:
+    while node._frame is None and time.monotonic() < end_s:
         time.sleep(0.05)
     rclpy.spin_once(listener, timeout_sec=0.5)
     assert received == []
@@ -148,7 +148,7 @@ def test_whatever_part_fails_is_told_once_and_leaves_nothing_behind(
 def test_a_defect_while_saving_ends_every_thread_all_the_same(node, monkeypatch, capfd):
     before = threading.active_count()
     node.trigger_configure()
-    node._publisher.newest = object()
+    node._newest = object()
 
     def broken(self):
         raise np.linalg.LinAlgError('planted')

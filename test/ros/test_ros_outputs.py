@@ -23,8 +23,8 @@ from fpnet_ros import health as health_module
 from fpnet_ros.health import LOST, ClockSilence, Health
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.logs import NodeLog
-from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
+from fpnet_ros.runtime import TFMessage
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
 from msg_adapters.transforms import transform_from_msg
 

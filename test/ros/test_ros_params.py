@@ -14,8 +14,8 @@ import yaml
 
 from fpnet_core.config import FpnetConfig, Section
 from fpnet_lab.nodes.processes import free_domain_id
+from fpnet_lab.nodes.replay import ReplayNode
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.replay import ReplayNode
 from fpnet_ros.settings import LIVE, SECTIONS, LocalizerParameters, render_parameter_file
 
 pytestmark = pytest.mark.ros

@@ -16,7 +16,7 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.publisher import Publisher
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import track
 from rosgraph_msgs.msg import Clock as ClockMsg
 
 from fpnet_core.errors import BagFormatError, ConfigError
@@ -63,27 +63,29 @@ class ReplayNode(OwnValues):
             self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
+        self._outputs: dict[str, Publisher[Any]] = {}
+        self._latched_topics: frozenset[str] = frozenset()
 
     def play(self) -> None:
         """Play the recording, once unless it loops; return when it is delivered."""
         with BagReader(Path(self._settings.bag)) as bag:
             types = self._chosen_topics(bag)
-            latched = frozenset(topic for topic in types if bag.is_latched(topic))
-            publishers = {
+            self._latched_topics = frozenset(topic for topic in types if bag.is_latched(topic))
+            self._outputs = {
                 topic: self.create_publisher(
-                    _message_class(msgtype), topic, TF_STATIC if topic in latched else STREAM
+                    _message_class(kind),
+                    topic,
+                    TF_STATIC if topic in self._latched_topics else STREAM,
                 )
-                for topic, msgtype in types.items()
+                for topic, kind in types.items()
             }
-            scans = [publishers[t] for t, kind in types.items() if kind in SCANS]
-            early = self._publish_early(bag, publishers, latched)
-            self._wait_for_subscriber(list(publishers.values()), scans)
-            total = sum(bag.count(topic) for topic in publishers)
-            played = self._publish_all(bag, publishers, latched, total, early)
+            early = self._publish_early(bag)
+            self._wait_for_subscriber([t for t, kind in types.items() if kind in SCANS])
+            played = self._publish_all(bag, early)
             while self._settings.loop and played:
                 self.get_logger().info(f'played {played} messages; starting again')
-                played = self._publish_all(bag, publishers, latched, total)
-        for publisher in publishers.values():
+                played = self._publish_all(bag)
+        for publisher in self._outputs.values():
             publisher.wait_for_all_acked(Duration(seconds=_LAST_ACKNOWLEDGEMENT_S))
         self.get_logger().info(f'played {played} messages')
 
@@ -96,76 +98,69 @@ class ReplayNode(OwnValues):
             )
         return {topic: bag.topics[topic] for topic in chosen}
 
-    def _wait_for_subscriber(
-        self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]
-    ) -> None:
+    def _wait_for_subscriber(self, scans: list[str]) -> None:
         deadline = time.monotonic() + self._settings.wait_for_subscriber_s
-        while not self._is_ready(publishers, scans):
+        while not self._is_ready(scans):
             if time.monotonic() > deadline:
                 self.get_logger().warning('the subscribers are not ready; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
         self._spin_for(_DISCOVERY_SETTLE_S)
 
-    def _is_ready(self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]) -> bool:
+    def _is_ready(self, scans: list[str]) -> bool:
         """Return whether the awaited subscribers are ready."""
+        is_heard = {t: each.get_subscription_count() > 0 for t, each in self._outputs.items()}
         if not self._settings.wait_for_localizer:
-            return any(publisher.get_subscription_count() for publisher in publishers)
+            return any(is_heard.values())
         # A localizer that publishes its status has compiled and subscribed.
         is_ready = self._status not in (None, Status.NO_PLAN)
-        return is_ready and all(publisher.get_subscription_count() for publisher in scans)
+        return is_ready and all(is_heard[topic] for topic in scans)
 
     def _on_status(self, msg: DiagnosticStatus) -> None:
         self._status = report_from_msg(msg).status
 
-    def _publish_early(
-        self, bag: BagReader, publishers: dict[str, Publisher[Any]], latched: frozenset[str]
-    ) -> int:
+    def _publish_early(self, bag: BagReader) -> int:
         """
         Publish the latched messages of the recording's first second; return their number.
 
         The awaited nodes may need them to become ready: a localizer the recorded map, scans the
         mount of their sensor.
         """
-        found = bag.raw_messages(sorted(latched)) if latched else ()
         until_ns, count = None, 0
+        found = bag.raw_messages(sorted(self._latched_topics)) if self._latched_topics else ()
         for topic, _, stamp_ns, data in found:
             until_ns = stamp_ns + _LATCHED_FIRST_NS if until_ns is None else until_ns
             if stamp_ns > until_ns:
                 break
-            publishers[topic].publish(data)
+            self._outputs[topic].publish(data)
             count += 1
         return count
 
-    def _publish_all(
-        self,
-        bag: BagReader,
-        publishers: dict[str, Publisher[Any]],
-        latched: frozenset[str],
-        total: int,
-        early: int = 0,
-    ) -> int:
+    def _publish_all(self, bag: BagReader, early: int = 0) -> int:
         """Publish all but the first ``early`` latched messages; return the number with them."""
         played = scans = self._confirmed = 0
         first_ns: int | None = None
-        columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
-        with Progress(*columns, transient=True, disable=not sys.stderr.isatty()) as bar:
-            task = bar.add_task('replay', total=total)
-            for topic, kind, stamp_ns, data in bag.raw_messages(list(publishers)):
-                bar.advance(task)
-                if first_ns is None:
-                    first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
-                    started_s = time.monotonic()
-                if early and topic in latched:
-                    played, early = played + 1, early - 1
-                    continue
-                if stamp_ns >= first_ns:
-                    started_s += self._wait_for_odometry(scans)
-                    self._wait_until(stamp_ns, first_ns, started_s)
-                elif topic not in latched:  # latched messages are still valid
-                    continue
-                publishers[topic].publish(data)
-                played, scans = played + 1, scans + (kind in SCANS)
+        messages = track(
+            bag.raw_messages(list(self._outputs)),
+            'replay',
+            sum(bag.count(topic) for topic in self._outputs),
+            transient=True,
+            disable=not sys.stderr.isatty(),
+        )
+        for topic, kind, stamp_ns, data in messages:
+            if first_ns is None:
+                first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
+                started_s = time.monotonic()
+            if early and topic in self._latched_topics:
+                played, early = played + 1, early - 1
+                continue
+            if stamp_ns >= first_ns:
+                started_s += self._wait_for_odometry(scans)
+                self._wait_until(stamp_ns, first_ns, started_s)
+            elif topic not in self._latched_topics:  # latched messages are still valid
+                continue
+            self._outputs[topic].publish(data)
+            played, scans = played + 1, scans + (kind in SCANS)
         return played
 
     def _confirm(self, _: Odometry) -> None:
@@ -178,8 +173,8 @@ class ReplayNode(OwnValues):
         A machine too slow for the sensor's rate thus plays slower instead of losing scans. Refused
         scans are never confirmed, so after ``_SILENCE_S`` without odometry all count as confirmed.
         """
-        started_s = time.monotonic()
-        heard_s, confirmed = started_s, self._confirmed
+        heard_s = started_s = time.monotonic()
+        confirmed = self._confirmed
         while self._settings.max_ahead and scans - confirmed >= self._settings.max_ahead:
             self._spin_for(_CLOCK_PERIOD_S)
             if self._confirmed != confirmed:
@@ -196,15 +191,12 @@ class ReplayNode(OwnValues):
         while True:
             elapsed_ns = round((time.monotonic() - started_s) * NS_PER_S * rate)
             now_ns = min(first_ns + elapsed_ns, stamp_ns)
-            self._publish_clock(now_ns)
+            if self._clock_publisher is not None and now_ns != self._now_ns:
+                self._now_ns = now_ns
+                self._clock_publisher.publish(ClockMsg(clock=stamp_to_msg(now_ns)))
             if now_ns == stamp_ns:
                 return
             self._spin_for(min((stamp_ns - now_ns) / NS_PER_S / rate, _CLOCK_PERIOD_S))
-
-    def _publish_clock(self, now_ns: int) -> None:
-        if self._clock_publisher is not None and now_ns != self._now_ns:
-            self._now_ns = now_ns
-            self._clock_publisher.publish(ClockMsg(clock=stamp_to_msg(now_ns)))
 
     def _spin_for(self, seconds: float) -> None:
         """Answer parameter services for a while; raise ExternalShutdownException on shutdown."""
