@@ -56,12 +56,6 @@ def options(command):
     return {name: p for p in command.params for name in (*p.opts, *p.secondary_opts)}
 
 
-def test_the_walk_sees_commands_of_groups():
-    assert ('simulate', 'plan') in command_tree()
-    assert ('localize',) in command_tree()
-    assert '--floorplan' in options(command_tree()['localize',])
-
-
 @pytest.mark.parametrize('name', SHARED)
 def test_shared_options_are_the_same_everywhere(name):
     expected = SHARED[name].__metadata__[0]

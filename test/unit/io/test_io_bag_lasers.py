@@ -161,13 +161,6 @@ def test_a_tilted_scanner_is_refused_with_bag_and_message(tmp_path):
         list(open_scans(bag))
 
 
-def test_a_scanner_beside_wheels_without_a_transform_is_nowhere(tmp_path):
-    bag = record(tmp_path / 'bag', {'/scan': FRONT}, mounted=False, wheels=True)
-    unknown = "the pose of 'front_laser' in 'base_link' is unknown: no transform on /tf_static"
-    with pytest.raises(OdometryError, match=unknown):
-        open_scans(bag)
-
-
 @pytest.mark.parametrize('topics', [[], ['/scan']])
 def test_given_poses_ask_for_no_mount_and_keep_viewpoints(tmp_path, topics):
     bag = record(tmp_path / 'bag', {'/scan': FRONT}, mounted=False, wheels=True)

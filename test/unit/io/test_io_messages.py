@@ -4,7 +4,6 @@
 
 from types import SimpleNamespace as Message
 
-import numpy as np
 import pytest
 
 from fpnet_core.io.messages import transforms_of
@@ -22,13 +21,6 @@ def said(parent, child, xyz, xyzw):
 # A third of a turn about x = y = z takes x to y: (1, 1, 1, 1) / 2, and twice as long here.
 TURNED = said('/base', '/lidar', (1.0, -2.0, 0.5), (1.0, 1.0, 1.0, 1.0))
 BROKEN = said('base', 'camera', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
-
-
-def test_a_transform_has_its_time_its_plain_frames_and_its_matrix():
-    (found,) = transforms_of(Message(transforms=[TURNED]))
-    assert (found.stamp_ns, found.parent, found.child) == (3_000_000_005, 'base', 'lidar')
-    expected = [[0, 0, 1, 1.0], [1, 0, 0, -2.0], [0, 1, 0, 0.5], [0, 0, 0, 1]]
-    np.testing.assert_allclose(found.T_parent_child, expected, atol=1e-12)
 
 
 def test_what_is_asked_for_one_frame_does_not_fail_for_another():

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Folders of point files with a pose file beside them."""
 
-from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -94,20 +93,6 @@ def test_damaged_scans_are_named(folder, name):
     (folder / name).write_bytes(b'PK junk')
     with pytest.raises(CloudFormatError, match=name):
         list(open_scans(folder))
-
-
-@pytest.mark.filterwarnings('ignore')
-def test_mutated_archives_never_escape_the_error_type(tmp_path):
-    np.savez_compressed(tmp_path / 'a.npz', s0=CLOUDS[0], s1=CLOUDS[1])
-    good = (tmp_path / 'a.npz').read_bytes()
-    rng = np.random.default_rng(6)
-    for _ in range(150):
-        (tmp_path / 'a.npz').write_bytes(with_flipped_bytes(good, rng, 4))
-        try:
-            for scan in open_scans(tmp_path):
-                assert np.isfinite(scan.points).all()
-        except CloudFormatError:
-            continue
 
 
 def test_other_inputs_are_refused_with_the_choices(tmp_path):
