@@ -85,12 +85,3 @@ def test_the_reason_tells_a_missing_mount_from_a_missing_pose(robot):
     assert 'no pose before and after' in robot.reason('odom', 'lidar', 5 * S)
     assert robot.root('lidar') == 'odom'
     assert robot.root('camera') == 'camera'
-
-
-def test_the_body_of_a_sensor_is_what_it_is_fixed_to(robot):
-    robot.add_fixed('lidar', 'imu', T(0.0, 0.1))
-    for frame in ('imu', '/lidar', 'base'):
-        assert robot.body(frame) == 'base'
-        assert robot.root(frame) == 'odom'
-    assert robot.body('camera') == 'camera'
-    assert (robot.parent('imu'), robot.parent('odom')) == ('lidar', None)

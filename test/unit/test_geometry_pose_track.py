@@ -39,13 +39,6 @@ def test_nothing_is_known_between_two_messages_that_no_robot_turns_between(turne
     np.testing.assert_array_equal(track.at(0), T(0.0))
 
 
-def test_a_recording_keeps_all_whatever_the_order():
-    stamps = np.random.default_rng(5).permutation(400) * (S // 10)
-    track = PoseTrack.of([(int(stamp), T(stamp / S)) for stamp in stamps])
-    for stamp in range(0, 39 * S, S // 7):
-        np.testing.assert_allclose(track.at(stamp)[0, 3], stamp / S, atol=1e-9)
-
-
 def test_a_drive_forgets_and_starts_anew_where_the_clock_goes_back():
     track = PoseTrack(horizon_ns=2 * S)
     for k in range(50):

@@ -68,8 +68,3 @@ def test_what_is_no_rigid_transform(matrix):
 def test_a_pose_that_is_not_rigid_is_refused(bad):
     with pytest.raises(OdometryError, match='sensor pose: expected a'):
         checked_rigid(bad)
-
-
-def test_a_rigid_pose_comes_back_as_it_is():
-    pose = rigid_from_quaternion([1.0, 2.0, 3.0], XYZW)
-    np.testing.assert_array_equal(checked_rigid(pose.tolist()), pose)

@@ -28,12 +28,3 @@ def test_voxels_do_not_move_with_the_points():
     first, second = (voxel_means(wall[start : start + 400], 0.5) for start in (0, 200))
     shared = [mean for mean in second if (np.abs(first - mean).max(axis=1) < 1e-12).any()]
     assert len(shared) >= 3
-
-
-def test_no_points_have_no_means():
-    assert voxel_means(np.zeros((0, 3)), 0.5).shape == (0, 3)
-
-
-def test_one_point_is_its_own_mean():
-    point = np.array([[-0.1, 7.0, 3.2]])
-    np.testing.assert_array_equal(voxel_means(point, 0.5), point)

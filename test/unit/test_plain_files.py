@@ -9,13 +9,11 @@ import pytest
 from fpnet_core.config import load_config
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.arrays import read_arrays
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.clouds import read_cloud
 from fpnet_core.io.maps import map_yamls, read_map
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.trajectories import read_poses
-from fpnet_core.plain_files import regular
 from fpnet_core.sites.site_files import read_site
 
 MAP = 'image: {}\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n'
@@ -70,13 +68,3 @@ def test_so_is_a_part_of_a_bag(tmp_path):
 
 def test_maps_are_looked_for_among_regular_files(tmp_path):
     assert map_yamls([pipe(tmp_path / 'a.yaml')]) == []
-
-
-def test_an_archive_in_memory_is_no_pipe(tmp_path):
-    with pytest.raises(OSError, match='pipe'):
-        read_arrays(pipe(tmp_path / 'a.npz'))
-
-
-def test_other_paths_come_back(tmp_path):
-    for path in (tmp_path, tmp_path / 'missing'):
-        assert regular(path) == path

@@ -12,9 +12,9 @@ from fpnet_core.geometry import SE2, Similarity2D, angle_between
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Region, RegionGraph, RegionLabel
-from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound, _pyramid
+from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
-from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings, planar_slice
+from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
 
 SETTINGS = MonteCarloSettings(max_particles=5000)
 
@@ -27,19 +27,6 @@ def plan():
 @pytest.fixture(scope='module')
 def sub():
     return map_evidence(submap_grid())
-
-
-def test_pyramid_holds_maxima_of_windows_that_begin_at_a_cell():
-    rng = np.random.default_rng(3)
-    field = rng.random((70, 90), dtype=np.float32)
-    levels = _pyramid(field)
-    pad = 2 ** (_LEVELS - 1)
-    assert levels.shape == (_LEVELS, 70 + pad, 90 + pad)
-    for h, row, col in ((0, 5, 7), (2, 66, 88), (3, 10, 20), (6, 0, 0)):
-        window = field[row : row + 2**h, col : col + 2**h]
-        assert levels[h, pad + row, pad + col] == window.max()
-    # A window that begins four cells outside and reaches in.
-    assert levels[3, pad - 4, pad - 4] == field[:4, :4].max()
 
 
 def test_branch_and_bound_finds_the_planted_placement(plan, sub):
@@ -69,13 +56,6 @@ def test_branch_and_bound_is_exact(plan, sub):
     assert len(linear) == len(points)
 
 
-def test_branch_and_bound_refuses_an_empty_submap_and_a_poor_fit(plan, sub):
-    search = BranchAndBound(plan, np.array([1.0]))
-    assert search.place(replace(sub, walls=np.zeros((0, 2)))) is None
-    scattered = np.random.default_rng(1).uniform(-20.0, 20.0, size=(200, 2))
-    assert search.place(replace(sub, walls=scattered)) is None
-
-
 def graph(centroids, frame):
     regions = tuple(
         Region(i, RegionLabel.ROOM, xy + np.array([[0, 0], [1, 0], [0, 1]]), xy, 1.0)
@@ -100,18 +80,6 @@ def test_ransac_outvotes_wrong_matches_and_claims_three():
     assert not place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), two).is_accepted
     one = MatchResult(pairs[:1], np.ones(1), np.zeros((5, 5)))
     assert place_by_ransac(graph(plan_xy, 'plan'), graph(sub_xy, 'submap'), one) is None
-
-
-def test_planar_slice_is_level_and_keeps_the_nearest_return_of_a_direction():
-    T = np.eye(4)
-    T[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]  # yaw of 90 degrees is taken out
-    points = np.array([[3, 0.01, 0.1], [2, 0.01, 0.0], [0, 4, 0.2], [1, 0.01, 1.5]], np.float32)
-    points[2, 0] = -0.01  # just beyond 90 degrees
-    assert np.allclose(planar_slice(points, T), [[2.0, 0.01], [-0.01, 4.0]])
-    pitched = np.eye(4)
-    pitched[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]  # nose down: ahead is below
-    assert len(planar_slice(points[:2], pitched)) == 0
-    assert planar_slice(np.zeros((0, 3), np.float32), T).shape == (0, 2)
 
 
 def beams_at(evidence, T_plan_base, rng):

@@ -10,21 +10,17 @@ import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
-from fpnet_core.errors import MapFormatError
-from fpnet_core.geometry import Affine2D, Similarity2D
+from fpnet_core.geometry import Similarity2D
 from fpnet_core.types import FREE, OCCUPIED, GridMap
-from fpnet_lab.evaluation import drawings, drawings_real
+from fpnet_lab.evaluation import drawings_real
 from fpnet_lab.evaluation.drawings import (
     SheetResult,
-    bench_sheets,
     kind_figures,
     read_sheet,
     scale_figures,
-    seeds_of,
 )
 from fpnet_lab.sim.drawn.render import render_plan
-from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.sheets.files import write_vector
+from fpnet_lab.sim.sheets import draw_sheet
 
 CONFIG = SegmentationConfig()
 CELL_M = 0.05
@@ -75,76 +71,6 @@ def test_a_wrong_scale_is_right_only_if_nobody_calls_it_sure(tmp_path):
     assert unsure.is_held
 
 
-def test_rooms_moved_by_a_metre_are_other_rooms(tmp_path):
-    truth = knowing_reader()
-
-    def read(path):
-        reading = truth(path)
-        shift = Affine2D(np.eye(2), np.array([3.0, 3.0])).matrix
-        return replace(reading, H_plan_image=shift @ reading.H_plan_image)
-
-    result, _ = read_sheet(read, draw_sheet(3, 'clean'), tmp_path, CONFIG)
-    assert result.f1 < 0.6
-    assert not result.is_right
-
-
-def test_a_vector_file_is_compared_through_its_own_units(tmp_path):
-    sheet = draw_sheet(2, 'office')
-    formats = []
-
-    def read(path):
-        formats.append(path.suffix)
-        plan = sheet.storeys[0]
-
-        A_file_page = np.array(
-            write_vector(sheet, tmp_path / f'again{path.suffix}')['A_file_page']
-        )
-        # Half a file unit to each of the drawing's pixels.
-        A_pixel_file = np.array([[2.0, 0.0, 5.0], [0.0, -2.0, 7.0]])
-        H_pixel_page = np.vstack([A_pixel_file, [0, 0, 1]]) @ A_file_page
-        H_plan_page = np.linalg.inv(plan.T_page_building.matrix)
-        scale = DrawingScale(CELL_M, CELL_M, CELL_M, ScaleSource.UNITS)
-        reading = reading_of(
-            render_plan(plan.plan, CELL_M), H_plan_page @ np.linalg.inv(H_pixel_page), scale
-        )
-        return replace(reading, drawing=replace(reading.drawing, A_pixel_image=A_pixel_file))
-
-    for file_format in ('pdf', 'svg', 'dxf'):
-        result, _ = read_sheet(read, sheet, tmp_path, CONFIG, file_format)
-        assert result.is_right, file_format
-    assert formats == ['.pdf', '.svg', '.dxf']
-
-
-def test_either_storey_will_do(tmp_path):
-    sheet = next(s for s in (draw_sheet(i, 'brochure') for i in range(40)) if len(s.storeys) > 1)
-    sheets = {f'brochure-{sheet.seed}': sheet}
-    for storey in (0, 1):
-        reader = knowing_reader(storey=storey, sheets=sheets)
-        result, _ = read_sheet(reader, sheet, tmp_path, CONFIG)
-        assert result.f1 > 0.7
-
-
-def test_refusals_are_marked_and_every_sheet_is_told(tmp_path):
-    def read(path):
-        raise MapFormatError(f'{path.name}: no building')
-
-    seen = []
-    results = bench_sheets(
-        read, tmp_path, [SheetKind.CLEAN], seeds_of('report', 2), CONFIG,
-        on_read=lambda sheet, result, rooms: seen.append((sheet.seed, rooms)),
-    )  # fmt: skip
-    assert seen == [(1_000_000, None), (1_000_001, None)]
-    assert all(result.is_marked and not result.is_right for result in results)
-    figures = kind_figures(results)
-    assert (figures['right'], figures['wrong_marked'], figures['good_marked']) == (0.0, 1.0, None)
-    assert figures['refused'] == 2
-    assert scale_figures(results)['within_10'] is None
-
-
-def test_halves_share_no_seed():
-    assert not set(seeds_of('tune', 1000)) & set(seeds_of('report', 1000))
-
-
 def test_shares_of_right_and_marked_sheets():
     bad = replace(GOOD, name='b', f1=0.2)
     results = [GOOD, replace(GOOD, doubts=('no doors',)), bad, replace(bad, doubts=('one room',))]
@@ -167,13 +93,6 @@ def test_figures_of_scale_leave_out_what_was_doubted():
     assert figures['interval_holds'] == pytest.approx(1 / 2)
     assert figures['sure'] == 2
     assert figures['sure_and_wrong'] == pytest.approx(1 / 2)
-
-
-def test_walls_are_redrawn_in_any_tone():
-    image = np.array([[0, 100, 205, 254]], np.uint8)
-    np.testing.assert_array_equal(drawings_real.redrawn(image, 0), image)
-    np.testing.assert_array_equal(drawings_real.redrawn(image, 140), [[140, 140, 205, 254]])
-    np.testing.assert_array_equal(drawings_real.redrawn(image, None), [[255, 155, 50, 1]])
 
 
 @pytest.fixture
@@ -216,9 +135,3 @@ def test_real_plans_are_compared_with_black_walls_and_labels(real_plan):
         'sheets': 1, 'within_10': 0.0, 'interval_holds': 1.0, 'sure': 0, 'sure_and_wrong': None,
         'median_width': 0,
     }  # fmt: skip
-
-
-def test_labels_outside_of_a_map_are_no_room():
-    small, wide = GridMap(np.zeros((2, 2)), 1.0), GridMap(np.zeros((3, 4)), 1.0)
-    labels = drawings.labels_at(small, np.ones((2, 2), np.int32), np.eye(3), wide)
-    np.testing.assert_array_equal(labels, [[1, 1, 0, 0], [1, 1, 0, 0], [0, 0, 0, 0]])

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Storeys of any size, and what is said of their cost."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
 
-from fpnet_core.types import UNKNOWN, GridMap, Submap
 from fpnet_lab.evaluation.speed import growth
 from fpnet_lab.sim.plans.wards import wards
 from fpnet_lab.viz.growth import save_growth
@@ -26,28 +23,6 @@ def test_wards_have_the_size_that_is_asked_for(area_m2):
     outlines = [room.polygon for room in plan.rooms]
     union = shapely.union_all([shapely.Polygon(outline) for outline in outlines])
     assert union.area == pytest.approx(plan.floor_area_m2, rel=1e-3)
-
-
-def test_only_the_storey_that_an_aim_is_stated_for_has_one():
-    _, update = STOREY.figures()
-    assert (update.aim, update.is_met) == (growth.AIM_TICK_S, False)
-    assert [each.aim for each in replace(STOREY, area_m2=3_000.0).figures()] == [None, None]
-
-
-def test_before_a_tick_nothing_near_the_robot_was_known():
-    grid = GridMap(np.zeros((300, 400), np.int8), 0.1)
-    submap = Submap(grid, np.ones((300, 400), bool), np.array([[1.0, 1.0], [12.0, 9.0]]))
-    before = growth._before(submap)
-    is_new = before.grid.cells == UNKNOWN
-    assert is_new.sum() * 0.01 == pytest.approx(_disc_inside(), rel=0.03)
-    assert is_new[90, 120]
-    assert not before.lintel[is_new].any()
-    assert before.lintel[~is_new].all()
-
-
-def _disc_inside():
-    disc = shapely.Point(12.0, 9.0).buffer(10.0)
-    return disc.intersection(shapely.box(0.0, 0.0, 40.0, 30.0)).area
 
 
 def test_a_small_storey_is_measured_and_drawn(tmp_path):

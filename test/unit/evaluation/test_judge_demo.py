@@ -9,10 +9,8 @@ import pytest
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum
-from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
-from fpnet_lab.evaluation.demo import rate_demo, read_ticks
+from fpnet_lab.evaluation.demo import rate_demo
 
 START_NS = 1_750_000_000_000_000_000
 PERIOD_NS = 100_000_000
@@ -79,26 +77,6 @@ def test_no_pose_is_no_success(tmp_path):
     assert not run.summary.localized
     assert not run.is_success
     assert run.as_json()['median_position_error_m'] is None
-
-
-def test_missing_files_are_named(tmp_path):
-    recording, session = _write(tmp_path, _published(0))
-    (session / 'session.json').unlink()
-    with pytest.raises(FpnetError, match=r'session\.json'):
-        rate_demo(recording, session)
-
-
-def test_ticks_come_back_in_sensor_time(tmp_path):
-    """One without a submap is left out; one that waits is stamped by the node's clock."""
-    assert read_ticks(tmp_path) == ()
-    grid = GridMap(np.zeros((2, 3), np.int8), 0.1, frame='submap')
-    for clock_ns, sensor_ns in ((900, 30), (200, 200), (4, 4), (7, None)):
-        submap = None
-        if sensor_ns is not None:
-            submap = Submap(grid, np.zeros((2, 3), bool), np.zeros((0, 2)), stamp_ns=sensor_ns)
-        output = LocalizerOutput(clock_ns, Status.WAITING, submap=submap)
-        write_output(tmp_path / 'ticks' / f'{clock_ns:020d}.npz', output)
-    assert [update.stamp_ns for update in read_ticks(tmp_path)] == [4, 30, 200]
 
 
 @pytest.mark.parametrize(

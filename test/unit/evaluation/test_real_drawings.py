@@ -12,14 +12,13 @@ import shapely
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
-from fpnet_core.errors import FpnetError, MapFormatError
+from fpnet_core.errors import FpnetError
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.evaluation.real_drawings import (
     SPLITS,
     bench_drawing,
     find_drawing,
     read_truth,
-    real_figures,
 )
 
 TRUTHS = Path(__file__).resolve().parents[3] / 'benchmarks' / 'real_drawings'
@@ -106,36 +105,6 @@ def test_a_scale_outside_of_its_interval_is_silent_unless_doubted(tmp_path):
     assert row['interval_holds'] is None
     assert row['scale_ratio'] is None
     assert row['door_recall'] == 1.0
-
-
-def test_what_is_unclear_counts_neither_way(tmp_path):
-    given = values()
-    truth = truth_of(tmp_path, rooms=given['rooms'][:2], doors=given['doors'][:1])
-    row = bench_drawing(reader(), truth, tmp_path, CONFIG)[0]
-    assert row['precision'] == pytest.approx(2 / 3)
-    assert row['recall'] == 1.0
-    assert row['door_precision'] == pytest.approx(1 / 3)
-    ring = shapely.box(0.9, 4.0, 9.3, 8.3)
-    truth = truth_of(
-        tmp_path,
-        rooms=given['rooms'][:2],
-        doors=given['doors'][:1],
-        unclear=[to_pixels(ring.exterior.coords[:-1]).tolist()],
-    )
-    row = bench_drawing(reader(), truth, tmp_path, CONFIG)[0]
-    assert (row['precision'], row['door_precision']) == (1.0, 1.0)
-
-
-def test_a_refused_drawing_has_found_nothing(tmp_path):
-    def read(_path, _options):
-        raise MapFormatError('no walls')
-
-    row, _, rooms, _ = bench_drawing(read, truth_of(tmp_path), tmp_path, CONFIG)
-    assert rooms is None
-    assert (row['f1'], row['door_recall'], row['verdict']) == (0.0, 0.0, 'not a floorplan')
-    figures = real_figures([row])
-    assert (figures['drawings'], figures['no_floorplan'], figures['silent']) == (1, 1, 0)
-    assert figures['interval_holds'] is None
 
 
 @pytest.mark.parametrize(

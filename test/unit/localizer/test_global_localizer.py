@@ -2,41 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which placements are looked at, and which of them somebody's word is for."""
 
-import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Placements, Similarity2D
-from fpnet_core.localizer.global_localizer import _assigned
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.matches import MatchHypothesis, MatchResult
-
-
-def assigned(scales, factors):
-    """Return the scales that are left of complete assignments with these."""
-    pairs = np.array([[0, 0], [1, 1]])
-    hypotheses = tuple(
-        MatchHypothesis(pairs, 0.1, Similarity2D.from_scale_yaw(scale, 0.7, (3.0, -1.0)))
-        for scale in scales
-    )
-    match = MatchResult(pairs, np.ones(2), np.full((2, 2), 0.5), hypotheses)
-    return _assigned(match, np.array(factors)).scale.tolist()
-
-
-@pytest.mark.parametrize(
-    ('factors', 'kept'),
-    [
-        ((1.0,), [0.96, 1.0, 1.04]),
-        ((0.9, 1.0, 1.1), [0.85, 0.96, 1.0, 1.04, 1.2]),
-        ((1.6, 2.0, 2.4), [1.4, 2.0, 2.9]),
-    ],
-)
-def test_assignments_may_leave_the_scales_to_try_by_as_much_again(factors, kept):
-    scales = [0.5, 0.7, 0.85, 0.96, 1.0, 1.04, 1.2, 1.4, 2.0, 2.9, 4.0]
-    assert assigned(scales, factors) == pytest.approx(kept)
-
-
-def test_no_assignment_is_no_placement():
-    assert assigned([], (1.0,)) == []
 
 
 @pytest.mark.parametrize('scale', [0.7, 1.0, 1.4])

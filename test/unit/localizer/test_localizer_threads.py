@@ -14,7 +14,6 @@ import pytest
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer
-from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.matches import MatchResult
 from fpnet_core.types import Status
 
@@ -90,14 +89,6 @@ def test_a_tick_that_was_overtaken_claims_nothing(stopped, overtake):
     assert finish(matcher, update).status is Status.WAITING
     assert localizer.output.status is Status.WAITING
     assert len(localizer.output.estimates) == 0
-
-
-def test_a_tick_that_a_word_has_overtaken_changes_nothing(stopped):
-    localizer, matcher, update = stopped
-    said = localizer.output
-    localizer.suggest(PoseHint(SE2.identity(), SE2.identity()))
-    assert localizer.output is said, 'the claim stands until the word is weighed'
-    assert finish(matcher, update) is said
 
 
 def test_a_new_odometry_frame_overtakes_a_tick(stopped):

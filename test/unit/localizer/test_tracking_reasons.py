@@ -75,16 +75,6 @@ def test_a_robot_that_stands_still_is_told_what_is_missing():
     assert [estimate.reason for estimate in found] == [words] * 4
 
 
-def test_rivals_another_building_and_no_placement_are_told_apart():
-    tie, foreign, nothing = beliefs(posterior(1e5, 1e5), posterior(1e-3), posterior())
-    assert (tie.status, foreign.status, nothing.status) == (
-        Status.AMBIGUOUS, Status.SEARCHING, Status.SEARCHING,
-    )  # fmt: skip
-    assert 'runner-up 19 m west, rotated by 138 degrees' in tie.reason
-    assert foreign.reason == 'explains 70 % of the observed walls: possibly another building'
-    assert nothing.reason == 'the observations fit nowhere on the floorplan'
-
-
 def test_a_lost_claim_says_why():
     found = beliefs(*[posterior(1e5, 1.0)] * 3, posterior(1e-3))
     assert found[-1].status is Status.LOST

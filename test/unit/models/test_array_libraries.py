@@ -11,7 +11,6 @@ import torch
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, read_weights
-from fpnet_core.models import arrays
 from fpnet_core.models.arrays import NUMPY, JointBias
 from fpnet_core.models.batch import pad_graphs
 from fpnet_core.models.config import InvariantConfig
@@ -85,14 +84,6 @@ def test_misshapen_parameter_is_named():
         inference_of(Weights(tensors, weights.manifest))
 
 
-def test_gelu_is_exact_to_single_precision():
-    x = np.linspace(-9.0, 9.0, 4001, dtype=np.float32)
-    expected = torch.nn.functional.gelu(torch.from_numpy(x).double()).numpy()
-    found = arrays.gelu(x)
-    assert found.dtype == np.float32
-    assert np.abs(found - expected).max() < 1e-6
-
-
 @pytest.mark.parametrize(
     ('a', 'b'), [((7, 64), (64, 192)), ((500, 64), (64, 192)), ((2, 3, 400, 16), (2, 3, 16, 400))]
 )
@@ -120,18 +111,3 @@ def test_attention_on_arrays_is_that_on_tensors(plan, sub, lift):
     tensors = JointBias(*(torch.from_numpy(part) for part in parts))
     expected = TORCH.attention(*(torch.from_numpy(each) for each in rows), tensors).numpy()
     assert NUMPY.attention(*case) == pytest.approx(expected, abs=2e-5)
-
-
-def test_layer_norm_on_arrays_is_that_on_tensors():
-    rng = np.random.default_rng(1)
-    x, weight, bias = (rng.normal(2.0, 3.0, s).astype(np.float32) for s in ((2, 5, 64), 64, 64))
-    expected = TORCH.layer_norm(*(torch.from_numpy(each) for each in (x, weight, bias))).numpy()
-    assert NUMPY.layer_norm(x, weight, bias) == pytest.approx(expected, abs=2e-6)
-
-
-def test_prepared_graphs_are_matched_like_others():
-    network = inference_of(read_weights(None, FEATURE_SCHEMA)).network
-    graphs = toy_pair(np.random.default_rng(4), rooms=40, seen=12)[:2]
-    plan, sub = (pad_graphs([InvariantNetwork.rows(g)], [g.edges]) for g in graphs)
-    found = network.log_assignment(network.prepared(plan), sub)
-    assert np.array_equal(found, network.log_assignment(plan, network.prepared(sub)))

@@ -6,13 +6,11 @@ from pydantic import ValidationError
 import pytest
 import torch
 
-from fpnet_core.models.attention import Attention
-from fpnet_core.models.batch import adjacency_matrix, pad_graphs
+from fpnet_core.models.batch import pad_graphs
 from fpnet_core.models.config import EdgeMapping, PaperConfig
 from fpnet_core.models.edges import (
     CONNECTED,
     FAR_WEIGHT,
-    LARGEST_INVERSE_DISTANCE,
     SELF_WEIGHT,
     UNCONNECTED,
     connectivity_weights,
@@ -54,38 +52,9 @@ def test_network_runs_and_trains(mapping, width):
     assert all(p.grad is not None and torch.isfinite(p.grad).all() for p in network.parameters())
 
 
-def test_untrained_propagation_is_the_identity():
-    network = PaperNetwork(PaperConfig(blocks=3))
-    plan, sub, _ = toy_pair(np.random.default_rng(1))
-    plan, sub = network.batch([plan]), network.batch([sub])
-    expected = network.project(network.encoder(plan.node_feat))
-    torch.testing.assert_close(network.describe(plan, sub)[0], expected)
-
-
 def test_configuration_rejects_heads_that_do_not_divide_the_width():
     with pytest.raises(ValidationError, match='not a multiple of heads 4'):
         PaperConfig(width=26, heads=4)
-
-
-def test_padding_marks_real_nodes_and_symmetric_edges():
-    plan, sub, _ = toy_pair(np.random.default_rng(2), rooms=4, seen=2)
-    batch = PaperNetwork(PaperConfig()).batch([plan, sub])
-    assert batch.mask.sum(dim=1).tolist() == [len(plan), len(sub)]
-    assert batch.node_feat[1, len(sub) :].abs().max() == 0.0
-    assert torch.equal(batch.adjacency, batch.adjacency.transpose(1, 2))
-    assert batch.adjacency.sum(dim=(1, 2)).tolist() == [2 * len(plan.edges), 2 * len(sub.edges)]
-
-
-def test_empty_graphs_make_a_valid_batch():
-    batch = tensors_of(pad_graphs([np.zeros((0, 28), np.float32)], [np.zeros((0, 2), np.int64)]))
-    assert batch.mask.tolist() == [[False]]
-    output = PaperNetwork(PaperConfig(blocks=1))(batch, batch)
-    assert torch.isfinite(output[..., -1, -1]).all()
-
-
-def test_adjacency_matrix_of_literal_edges():
-    matrix = adjacency_matrix(np.array([[0, 2], [1, 2]]), 3)
-    assert matrix.tolist() == [[0, 0, 1], [0, 0, 1], [1, 1, 0]]
 
 
 def test_connectivity_weights_are_the_papers_two_values():
@@ -104,27 +73,6 @@ def test_distance_weights_favour_near_neighbours_and_ignore_scale():
     torch.testing.assert_close(distance_weights(batch_of(3.7 * positions, edges))[0], phi)
 
 
-def test_distance_weights_are_bounded_where_neighbours_coincide():
-    phi = distance_weights(batch_of([[0, 0], [0, 0], [0, 1.0]], [[0, 1], [0, 2]]))[0]
-    assert phi[0, 1] == LARGEST_INVERSE_DISTANCE
-
-
-def test_attention_multiplies_phi_after_the_softmax():
-    attention = Attention(width=4, heads=2)
-    target, source = torch.randn(1, 3, 4), torch.randn(1, 5, 4)
-    mask = torch.ones((1, 5), dtype=torch.bool)
-    attention.merge.bias.data.zero_()
-    plain = attention(target, source, mask)
-    doubled = attention(target, source, mask, torch.full((1, 1, 3, 5), 2.0))
-    torch.testing.assert_close(doubled, 2.0 * plain)
-
-
-def test_attention_to_an_empty_graph_says_nothing():
-    attention = Attention(width=4, heads=2)
-    message = attention(torch.randn(1, 3, 4), torch.randn(1, 2, 4), torch.zeros((1, 2)).bool())
-    assert message.abs().max() == 0.0
-
-
 def test_sinkhorn_finds_the_assignment_of_clear_scores():
     scores = torch.tensor([[[9.0, 0.0], [0.0, 0.0], [0.0, 9.0]]])
     masks = (torch.ones((1, 3), dtype=torch.bool), torch.ones((1, 2), dtype=torch.bool))
@@ -132,13 +80,3 @@ def test_sinkhorn_finds_the_assignment_of_clear_scores():
     assert x[0, 0] > 0.95
     assert x[2, 1] > 0.95
     assert x[1, -1] > 0.75
-
-
-def test_a_higher_dustbin_takes_more_mass():
-    scores = torch.zeros((1, 3, 3))
-    mask = torch.ones((1, 3), dtype=torch.bool)
-    low, high = (
-        log_assignment(scores, torch.tensor(z), mask, mask, 20).exp()[0, :3, -1].sum()
-        for z in (-2.0, 2.0)
-    )
-    assert high > low

@@ -5,14 +5,10 @@
 import numpy as np
 import pytest
 
-from fpnet_core.raster.blocks import block_any, block_means, block_middles, thinned, unblocked
+from fpnet_core.raster.blocks import block_any, block_means, thinned, unblocked
 from fpnet_core.raster.windows import (
-    NEIGHBOURS,
-    border_of,
     cropped,
     first_of_each,
-    framed,
-    window_of,
 )
 
 
@@ -51,13 +47,6 @@ def test_any_of_a_block_and_back(side):
     np.testing.assert_array_equal(block_any(back, side), found)
 
 
-def test_middles_are_cells_of_the_raster():
-    raster = np.arange(48).reshape(6, 8)
-    np.testing.assert_array_equal(block_middles(raster, 3), [[9, 12, 15], [33, 36, 39]])
-    np.testing.assert_array_equal(block_middles(raster, 1), raster)
-    np.testing.assert_array_equal(block_middles(raster, 2), raster[::2, ::2])
-
-
 def test_thinning_keeps_the_middle_of_what_is_there():
     mask = np.zeros((9, 9), dtype=bool)
     mask[0, 0] = mask[0, 2] = mask[7, 5] = True
@@ -65,25 +54,6 @@ def test_thinning_keeps_the_middle_of_what_is_there():
     assert thinned(np.zeros((4, 4), dtype=bool), 2.0).shape == (0, 2)
     # Finer than cells is cell by cell.
     assert len(thinned(mask, 0.3)) == 3
-
-
-def test_the_window_holds_everything_and_nothing_more():
-    mask = np.zeros((9, 12), dtype=bool)
-    assert window_of(mask) is None
-    mask[2, 5] = mask[6, 3] = True
-    assert window_of(mask) == (slice(2, 7), slice(3, 6))
-
-
-def test_the_border_has_its_corners_twice():
-    values = np.arange(12).reshape(3, 4)
-    assert sorted(border_of(values)) == sorted([0, 1, 2, 3, 8, 9, 10, 11, 0, 4, 8, 3, 7, 11])
-
-
-def test_neighbours_are_right_and_above():
-    values = np.arange(12).reshape(3, 4)
-    (here, there), (below, above) = NEIGHBOURS
-    assert (values[there] - values[here] == 1).all()
-    assert (values[above] - values[below] == 4).all()
 
 
 def test_the_first_of_each_key_in_the_order_of_the_visit():
@@ -101,10 +71,3 @@ def test_a_window_may_leave_the_raster(window):
     around = np.pad(values, 4, constant_values=-7)
     inside = tuple(slice(side.start + 4, side.stop + 4) for side in window)
     np.testing.assert_array_equal(cropped(values, window, -7), around[inside])
-
-
-def test_a_frame_is_as_wide_as_it_is_asked_to_be():
-    values = np.arange(6, dtype=np.int32).reshape(2, 3)
-    found = framed(values, (1, 0), (2, 3), -1)
-    np.testing.assert_array_equal(found, np.pad(values, ((1, 2), (0, 3)), constant_values=-1))
-    assert found.dtype == values.dtype

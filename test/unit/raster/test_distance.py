@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from fpnet_core.raster.blocks import block_middles
-from fpnet_core.raster.distance import cells_to_nearest, clearance_of, near_code, nearest_labels
+from fpnet_core.raster.distance import cells_to_nearest, near_code, nearest_labels
 
 
 def test_distances_are_those_of_a_full_search():
@@ -46,16 +46,6 @@ def test_rasters_too_long_for_narrow_numbers_are_measured_as_well():
     mask = np.zeros((20_000, 2), dtype=bool)
     mask[0, 0] = True
     assert cells_to_nearest(mask)[-1].tolist() == [19_999.0, np.float32(np.hypot(19_999.0, 1.0))]
-
-
-def test_what_is_nowhere_is_farther_than_any_raster_is_wide():
-    assert (cells_to_nearest(np.zeros((4, 3), dtype=bool)) > 1e15).all()
-
-
-def test_clearance_ends_at_the_edge():
-    free = np.ones((5, 7), dtype=bool)
-    free[2, 6] = False
-    assert clearance_of(free)[2].tolist() == [1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 0.0]
 
 
 def test_every_cell_gets_the_label_nearest_to_it():

@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from fpnet_core.raster.pieces import (
-    cell_corners,
-    label_extents,
     label_figures,
     label_windows,
     looked_up,
-    meeting_cells,
     pieces_of,
     pieces_of_few,
     reached_from_edge,
@@ -69,33 +66,12 @@ def test_figures_of_pieces_are_those_of_their_cells(connectivity):
         assert found == [left, top, np.ptp(cols) + 1, np.ptp(rows) + 1, len(rows)]
 
 
-def test_sizes_beside_extents_are_counts_of_cells():
-    labels, _ = random_labels()
-    assert label_extents(labels, 9)[1].tolist() == np.bincount(labels.ravel()).tolist()
-    assert label_extents(np.zeros((2, 3), np.int32), 1)[1].tolist() == [6]
-
-
-def test_middles_beside_extents_are_means_of_cells():
-    labels, _ = random_labels()
-    middles = label_extents(labels, 10)[2]
-    for label in (1, 2, 3, 5, 8):
-        np.testing.assert_allclose(middles[label], np.argwhere(labels == label).mean(axis=0))
-    assert middles[[4, 9]].tolist() == [[0.0, 0.0], [0.0, 0.0]]  # without cells
-
-
 @pytest.mark.parametrize('share', [0.0, 0.3, 0.55, 1.0])
 def test_what_the_edge_reaches_are_the_pieces_that_touch_it(share):
     mask = np.random.default_rng(13).random((37, 29)) < share
     labels, _ = pieces_of(mask, connectivity=4)
     edge = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     np.testing.assert_array_equal(reached_from_edge(mask), mask & np.isin(labels, edge[edge > 0]))
-
-
-def test_cells_meet_where_neighbours_have_other_labels_and_neither_has_none():
-    labels = np.array([[1, 1, 2], [3, 0, 2]], np.int32)
-    here, there = meeting_cells(labels)
-    assert list(zip(here.tolist(), there.tolist(), strict=True)) == [(1, 2), (0, 3)]
-    assert meeting_cells(np.ones((1, 1), np.int32))[0].size == 0
 
 
 def test_labels_are_looked_up_and_counted_cell_by_cell():
@@ -108,11 +84,3 @@ def test_labels_are_looked_up_and_counted_cell_by_cell():
     for ours, theirs in np.ndindex(8, 3):
         both = (labels == ours + 1) & (others == theirs + 1)
         assert shared[ours, theirs] == np.count_nonzero(both)
-
-
-def test_a_cell_has_four_corners_and_the_last_row_and_column_have_theirs():
-    mask = np.zeros((3, 4), np.bool_)
-    mask[1, 0] = mask[2, 3] = True
-    corners = np.argwhere(cell_corners(mask)).tolist()
-    assert cell_corners(mask).shape == (4, 5)
-    assert corners == [[1, 0], [1, 1], [2, 0], [2, 1], [2, 3], [2, 4], [3, 3], [3, 4]]

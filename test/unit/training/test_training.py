@@ -10,10 +10,9 @@ import torch
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import ConfigError, WeightsError
-from fpnet_core.graphs.features import AREA, HU, LABEL, PAPER_LAYOUT
-from fpnet_core.graphs.layout import POSITION
+from fpnet_core.graphs.features import AREA, LABEL, PAPER_LAYOUT
 from fpnet_core.io.weights import read_weights
-from fpnet_core.matches import IGNORE, UNMATCHED
+from fpnet_core.matches import UNMATCHED
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.types import FEATURE_SCHEMA
@@ -27,7 +26,7 @@ from fpnet_lab.training import (
     split_by_plan,
 )
 from fpnet_lab.training.config import AugmentationConfig
-from fpnet_lab.training.data import augment, batch_order, collate
+from fpnet_lab.training.data import augment
 from fpnet_lab.training.loop import make_fabric
 
 NO_CHANGE = AugmentationConfig(
@@ -69,60 +68,6 @@ def test_split_keeps_plans_apart():
     assert len(validation) in (3, 6, 9, 12)
     fewer = split_by_plan(pairs[:15], 0.2, seed=0)[1]
     assert {p.plan_id for p in fewer} <= ids[1]
-
-
-def test_collate_pads_labels_with_ignore():
-    pairs = [*toy_arrays(1, seen=2), *toy_arrays(1, seen=5)]
-    batch = collate(pairs)
-    short = len(pairs[0].labels)
-    assert batch.labels[0, :short].tolist() == pairs[0].labels.tolist()
-    assert (batch.labels[0, short:] == IGNORE).all()
-    assert batch.labels.shape == batch.sub.mask.shape
-
-
-def test_batches_cover_every_pair_once_and_hold_similar_sizes():
-    sizes = np.random.default_rng(1).integers(5, 100, 103)
-    batches = batch_order(sizes, 8, np.random.default_rng(2))
-    assert sorted(np.concatenate(batches).tolist()) == list(range(103))
-    spread = np.mean([np.ptp(sizes[b]) for b in batches])
-    assert spread < 0.5 * np.ptp(sizes)
-
-
-def test_augmentation_only_turns_positions_when_all_else_is_off():
-    pair = toy_arrays(1)[0]
-    changed = augment(pair, PAPER_LAYOUT, NO_CHANGE, np.random.default_rng(3))
-    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
-        assert after[:, POSITION.stop :] == pytest.approx(before[:, POSITION.stop :])
-        assert not np.allclose(after[:, POSITION], before[:, POSITION], atol=1e-3)
-        norms = [np.linalg.norm(x[:, POSITION], axis=1) for x in (before, after)]
-        assert norms[1] == pytest.approx(norms[0], abs=1e-5)
-        # A proper rotation: the cross product of two positions keeps its sign and value.
-        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
-        assert cross[1] == pytest.approx(cross[0], abs=1e-4)
-
-
-def test_mirroring_turns_both_sides_over_and_flips_the_skew_moment():
-    pair = toy_arrays(1)[0]
-    config = NO_CHANGE.model_copy(update={'mirror_probability': 1.0})
-    changed = augment(pair, PAPER_LAYOUT, config, np.random.default_rng(3))
-    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
-        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
-        assert cross[1] == pytest.approx(-cross[0], abs=1e-4)
-        assert after[:, HU.stop - 1] == pytest.approx(-before[:, HU.stop - 1])
-
-
-def test_scale_noise_moves_positions_and_areas_of_the_submap_together():
-    pair = toy_arrays(1)[0]
-    config = NO_CHANGE.model_copy(update={'scale_noise': 0.3})
-    changed = augment(pair, PAPER_LAYOUT, config, np.random.default_rng(5))
-    ratio = np.linalg.norm(changed.sub_feat[:, POSITION]) / np.linalg.norm(
-        pair.sub_feat[:, POSITION]
-    )
-    assert abs(np.log(ratio)) > 0.005
-    # AREA is the logarithm of the area over 2.
-    shift = (changed.sub_feat - pair.sub_feat)[:, AREA]
-    assert shift == pytest.approx(np.full_like(shift, np.log(ratio)), abs=1e-4)
-    assert changed.plan_feat[:, AREA] == pytest.approx(pair.plan_feat[:, AREA])
 
 
 def test_dropping_regions_keeps_labels_on_the_same_regions():
@@ -185,15 +130,6 @@ def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
     resumed.fit(pairs[:16], pairs[16:])
     for name, value in whole.bare_network.state_dict().items():
         torch.testing.assert_close(resumed.bare_network.state_dict()[name], value)
-
-
-def test_training_stops_when_validation_no_longer_improves(tmp_path):
-    pairs = toy_arrays(6)
-    # Without a learning rate worth the name nothing improves after the first epoch.
-    config = parse_training_config(QUICK | {'epochs': 30, 'patience': 2, 'learning_rate': 1e-12})
-    trainer = Trainer(config, tmp_path)
-    trainer.fit(pairs[:4], pairs[4:])
-    assert trainer.next_epoch == 3
 
 
 def test_folder_of_another_run_is_refused(tmp_path):

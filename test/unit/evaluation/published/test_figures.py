@@ -71,16 +71,6 @@ def test_a_benchmark_ends_with_the_tables_that_pages_have(name, tmp_path, capsys
     assert written == report
 
 
-def test_a_table_in_a_page_stays_one_after_writing(tmp_path):
-    page = tmp_path / 'README.md'
-    page.write_text('Above.\n\n<!-- figures: drawings -->\n<!-- end -->\n\nBelow.\n')
-    write_figures([page], published('drawings', DRAWINGS, MADE))
-    lines = page.read_text().splitlines()
-    assert lines[3].startswith('`fpnet bench x` (2026-11-22, commit abc1234')
-    assert lines[lines.index('<!-- end -->') - 1] == ''
-    assert lines[-1] == 'Below.'
-
-
 def test_the_command_writes_pages_and_asks_how_a_report_was_made(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'docs').mkdir()

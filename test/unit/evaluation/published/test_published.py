@@ -4,11 +4,7 @@
 
 from benchmark_reports import (
     DRAWINGS,
-    HOUR,
     MADE,
-    NOTHING,
-    ON_SHEETS,
-    REPORTS,
     SCALES,
     localization,
     peers,
@@ -33,34 +29,6 @@ def test_sites_are_told_apart_by_whether_walls_can_tell():
     assert equal[1:4] == ['1', 'ambiguous 1', '0']
     (found,) = rows(tables['sites.differences'])[2:]
     assert found[:3] == ['90 %', '85 %', '5 %']
-
-
-def test_durations_stand_beside_their_aims():
-    missed, free = rows(published('speed', REPORTS['speed'](), MADE)['speed'])[2:]
-    assert missed == ['match call', '0.0062', '0.0061', '0.005, missed']
-    assert free[3] == ''
-
-
-def test_live_nodes_tell_what_was_lost_and_how_late_they_were():
-    told, silent = rows(published('wirings', REPORTS['wirings'](), MADE)['wirings'])[2:]
-    assert told[1:] == [
-        *('2.3 s', '0.09 m, 0.4 deg', '0.08 m', '0.00 m', '0.14 m/s, 0.08 rad/s', '3 of 449')
-    ]
-    assert silent[5] == ''
-    titles, _, *load = rows(published('node_load', REPORTS['node_load'](), MADE)['node_load'])
-    assert titles == ['figure', '25000 points, 10 min']
-    assert [cell for _, cell in load] == [
-        *('2 of 6000', '18 ms', '8 ms', '37 ms, 128 ms', '0.17 s', '799 MiB', '0.2 %')
-    ]
-
-
-def test_a_library_tells_how_often_the_right_plan_is_proposed():
-    tables = published('sites', site_figures(), MADE)
-    (drives,) = rows(tables['sites.library'])[2:]
-    assert drives == ['drives', '2', '50 %', '50 %', '13 ms']
-    assert '1040 plans, 8.1 kB each' in tables['sites.library']
-    (grown,) = rows(tables['sites.growth'])[2:]
-    assert grown == ['1,000', '8 MB', '20 ms', '98 %']
 
 
 def test_figures_of_the_localization_benchmark():
@@ -100,30 +68,6 @@ def test_figures_of_drawings_and_stated_scales():
     assert rows(figures['stated_scales'])[-1] == ['stated wrong, doubted', '33', '28', '1', '0']
 
 
-def test_figures_of_demos_and_logs():
-    figures = published('demo', REPORTS['demo'](), MADE)
-    assert figures['demo.met'] == '1 of 2'
-    assert figures['demo.latest'] == '0.1 m'
-    assert rows(figures['demo'])[2] == [
-        '0',
-        '800',
-        '0',
-        '1.50',
-        '0.15',
-        '0.11',
-        '0.29',
-        '14.90',
-        '95.40',
-    ]
-    without = published(
-        'demo', {'seeds': {'0': NOTHING | {'localized': False, 'wrong_poses': 0}}}, MADE
-    )
-    assert (without['demo.met'], without['demo.latest']) == ('0 of 1', 'never')
-    logs = rows(published('real_logs', REPORTS['real_logs'](), MADE)['real_logs'])
-    assert logs[2][2:] == ['localized', 'after 2 s, 0 m', '800', '0', '0.11 m, 0.3 deg']
-    assert logs[3] == ['intel', 'unknown', 'searching', 'none', '0', '0', '']
-
-
 def test_figures_of_robots_maps():
     figures = published('robot', robot(), MADE)
     assert figures['robot.pairs'] == '8'
@@ -144,57 +88,7 @@ def test_figures_of_robots_maps():
     ]
 
 
-def test_figures_of_long_drives():
-    drift = published('drift', REPORTS['drift'](), MADE)
-    assert rows(drift['drift'])[2] == ['open plan, 225 m', '0.30 m', '0.30 m', '0.30 m']
-    assert rows(drift['drift.rough'])[2][1:] == ['never claimed', 'never claimed']
-    carried = published('carried_off', REPORTS['carried_off'](), MADE)
-    assert rows(carried['carried_off'])[2][1:] == ['11', '4', '1.1 s, 3.0 s', '111', '7', '1031']
-    _, _, none, gap = rows(published('faults', REPORTS['faults'](), MADE)['faults'])
-    assert none[:5] == ['none', '9 of 10', '8', '1.5 s, 4.0 s', '12']
-    assert none[5:] == ['0.9 s', '0', '3', '91 %', '2.4 m', '0.07 m']
-    assert gap[2:4] == ['0', '']
-    walks = published('walks', REPORTS['walks'](), MADE)
-    _, _, gyro, _, upstream = rows(walks['walks'])
-    assert rows(walks['walks.log'])[2] == ['scans alone', '0.02 m, 0.2°', '1.10', '30 ms']
-    assert gyro[:6] == ['with a gyroscope', '20 of 20', '0', '1', '2.0 m', '0.05 m, 0.4°']
-    assert upstream[1:4] == ['', '', ''], "upstream's poses are not localised on"
-
-
 @pytest.mark.parametrize(('name', 'content'), [('drawings', {'half': 'tune'}), ('nothing', {})])
 def test_reports_of_something_else_are_refused(name, content):
     with pytest.raises(ConfigError, match=name):
         published(name, content, MADE)
-
-
-def test_an_hour_is_told_early_and_late():
-    figures = published('long_run', HOUR, MADE)
-    titles, _, update, *_ = rows(figures['long_run'])
-    assert titles == ['figure', 'at 5 minutes, exploring', 'at 60 minutes']
-    assert update == ['tick, median', '40 ms', '40 ms']
-    assert figures['long_run.explored'] == '937 m²'
-    met = {row[0]: row[-1] for row in rows(figures['long_run.aims'])[2:]}
-    assert list(met.values()) == ['met', 'met', 'met', 'missed']
-
-
-def test_sheets_stand_beside_the_clean_floorplan():
-    report = {'drives': ON_SHEETS}
-    grid, scan = rows(published('sheet_drives', report, MADE)['sheet_drives'])[2:]
-    assert grid == [*('clean floorplan, scale stated', '2 of 2', '0', '0', '3.8 m', '', '0.05 m')]
-    assert scan == ['scan, picture', '1 of 2', '1', '1', 'none', '2.00', '1.50 m']
-
-
-def test_clouds_that_arrive_are_told_by_profile():
-    report = REPORTS['cloud_transport']()
-    titles, _, defaults, shm = rows(published('cloud_transport', report, MADE)['cloud_transport'])
-    assert titles == ['of 50 clouds of 300,000 points', 'best effort', 'reliable']
-    assert defaults == ['defaults', '21, 151 ms', '21, 151 ms']
-    assert shm[0] == '`fastdds_shm.xml`'
-
-
-def test_an_earlier_program_stands_above_todays():
-    figures = published('two_programs', REPORTS['two_programs'](), MADE)
-    earlier, today = rows(figures['two_programs'])[2:]
-    assert earlier[:3] == ['beams16', 'abc1234', '1.2 m']
-    assert [earlier[-1], today[-1]] == ['8.0 s', '6.0 s']
-    assert figures['two_programs.times'] == '0.75'

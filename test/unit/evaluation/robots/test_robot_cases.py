@@ -22,7 +22,6 @@ from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
 from fpnet_lab.evaluation.robots.robot_pairs import (
     BANDS,
     SOURCES,
-    foreign_drawings,
     read_drawings,
     read_robot_pairs,
     varied,
@@ -89,20 +88,6 @@ def test_a_stated_scale_is_not_varied(data):
         assert (scale == pytest.approx(1.0)) == pair.is_metric
         assert changed.kept < 0.36
         assert not np.allclose(changed.A_plan_robot.linear / scale, np.eye(2), atol=0.01)
-
-
-def test_one_foreign_plan_is_by_the_same_architect_where_there_is_one(data):
-    drawings = {d.building: d for d in read_drawings(data, 'tune', read_robot_pairs(data, 'tune'))}
-    everything = tuple(drawings.values())
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        chosen = [d.building for d in foreign_drawings(drawings['gdc1'], everything, rng, 3)]
-        assert len(set(chosen)) == 3
-        assert [name for name in chosen if name.startswith('gdc')] == ['gdc2']
-        lone = foreign_drawings(drawings['lab_a_scan'], everything, rng, 99)
-        assert {d.building for d in lone} == set(drawings) - {'lab_a_scan'}
-        assert 'lab_a_scan' not in {d.architect for d in lone}
-    assert foreign_drawings(drawings['NLB'], everything, rng, 0) == ()
 
 
 def test_few_cases_are_spread_over_the_bands_and_equal_each_time(data):

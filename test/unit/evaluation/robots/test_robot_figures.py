@@ -48,25 +48,3 @@ def test_distorted_drawings_are_left_out_of_one_summary_only(outcomes):
     assert left['20-35']['wrong_and_claimed'] == 1 / 3
     assert left['20-35']['foreign_random_claimed'] == 1 / 6
     assert (figures['bands']['whole']['pairs'], left['whole']['pairs']) == (1, 0)
-
-
-def test_each_building_has_its_own_bands(outcomes):
-    buildings = robot_figures(outcomes)['buildings']
-    assert list(buildings) == ['a', 'b']
-    assert [buildings[name]['20-35']['pairs'] for name in 'ab'] == [3, 2]
-    assert buildings['b']['20-35']['wrong_and_claimed'] == 1 / 2
-    assert buildings['b']['whole']['claimed_right'] == 1.0
-
-
-def test_a_share_of_nothing_is_none(outcomes):
-    bands = robot_figures(outcomes)['bands']
-    assert list(bands) == ['whole', '50-100', '20-35', '10-20']
-    empty = bands['10-20']
-    assert {key for key, value in empty.items() if value is None} == {
-        'right', 'claimed_right', 'wrong_and_claimed', 'foreign_claimed',
-        'foreign_random_claimed', 'foreign_same_architect_claimed',
-    }  # fmt: skip
-    assert (empty['pairs'], empty['foreign_pairs']) == (0, 0)
-    # It met its own plan only.
-    assert bands['whole']['right'] == 1.0
-    assert bands['whole']['foreign_claimed'] is None

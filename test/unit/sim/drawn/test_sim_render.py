@@ -5,7 +5,7 @@ import pytest
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
-from fpnet_lab.sim.drawn.render import fill_polygons, render_plan
+from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 
@@ -40,33 +40,3 @@ def test_rooms_and_doors_are_free_walls_are_not(two_rooms, A):
         assert _value(grid, A.apply(xy)) == OCCUPIED
     assert _value(grid, A.apply((2.5, 3.5))) == UNKNOWN
     assert grid.frame == 'plan'
-
-
-def test_free_area_follows_the_drawn_walls(two_rooms):
-    for wall, area in ((0.2, 4.8 * 2.8 + 2.8 * 2.8), (0.4, 4.6 * 2.6 + 2.6 * 2.6)):
-        grid = render_plan(two_rooms, 0.02, wall_m=wall)
-        drawn = np.count_nonzero(grid.cells == FREE) * 0.02**2
-        assert drawn == pytest.approx(area + 0.9 * wall, rel=0.01)
-
-
-def test_thin_walls_never_leak(two_rooms):
-    grid = render_plan(two_rooms, 0.1, wall_m=0.01)
-    row = round(float(grid.xy_to_rc(np.array([5.0, 0.5]))[0]))
-    left = round(float(grid.xy_to_rc(np.array([4.0, 0.5]))[1]))
-    right = round(float(grid.xy_to_rc(np.array([6.0, 0.5]))[1]))
-    assert (grid.cells[row, left:right] == OCCUPIED).any()
-
-
-def test_a_polygon_covers_the_cells_whose_centres_it_holds():
-    cells = np.zeros((10, 12), np.int8)
-    fill_polygons(cells, [_box(2.0, 3.0, 7.0, 5.0)], 7)
-    assert np.count_nonzero(cells) == 10
-    assert (cells[3:5, 2:7] == 7).all()
-
-
-def test_thin_things_keep_a_cell():
-    cells = np.zeros((10, 12), np.int8)
-    fill_polygons(cells, [_box(2.2, 3.2, 2.6, 3.6)], 1)
-    assert not cells.any()
-    fill_polygons(cells, [_box(2.2, 3.2, 2.6, 3.6)], 1, keep_thin=True)
-    assert cells[3, 2] == 1

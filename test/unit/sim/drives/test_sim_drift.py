@@ -32,15 +32,6 @@ def test_without_errors_it_is_the_truth_from_its_first_pose(truth):
     assert np.allclose(odometry, expected, atol=1e-9)
 
 
-def test_wheels_too_large_stretch_the_path(truth):
-    errors = WheelErrors(length=0.5, turn=0.0, slip_rad_per_sqrt_m=0.0, slip_turn=0.0)
-    rng = np.random.default_rng(3)
-    factor = 1.0 + np.random.default_rng(3).normal(0.0, 0.5)
-    odometry = wheel_odometry(truth, rng, errors)
-    length = np.linalg.norm(np.diff(odometry[:, :2, 3], axis=0), axis=1).sum()
-    assert length == pytest.approx(40.0 * abs(factor))
-
-
 def test_drift_is_that_of_wheels(truth):
     ends = [wheel_odometry(truth, np.random.default_rng(seed))[-1] for seed in range(40)]
     wanted = np.linalg.inv(truth[0]) @ truth[-1]

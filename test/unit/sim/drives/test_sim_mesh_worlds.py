@@ -14,8 +14,7 @@ from fpnet_lab.sim.buildings.meshes import (
     horizontal_sheet,
     merge_meshes,
 )
-from fpnet_lab.sim.drives.mesh_tours import plan_mesh_tour
-from fpnet_lab.sim.drives.mesh_worlds import CELL_M, read_mesh, slice_level, survey_mesh
+from fpnet_lab.sim.drives.mesh_worlds import CELL_M, read_mesh, survey_mesh
 from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.lidars.sensors import SENSORS
@@ -56,29 +55,6 @@ def test_indoors_is_free_and_outside_is_not(world):
     assert area == pytest.approx(6 * 7 + 5.8 * 7 + 0.2 - 1.5, rel=0.05)
 
 
-def test_floor_is_lowered_to_zero_and_the_sky_is_closed(world):
-    assert world.mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
-    assert world.ceiling.vertices[:, 2] == pytest.approx(2.8)
-    small = (-0.3, -0.3, 12.3, 7.3)
-    roof = horizontal_sheet(shapely.box(*small), FLOOR_Z + 2.5, faces_up=False)
-    assert not len(survey_mesh(merge_meshes([flat_mesh(ground=small), roof])).ceiling.triangles)
-
-
-def test_tour_stays_where_the_robot_fits(world):
-    for seed in range(3):
-        tour = plan_mesh_tour(world, np.random.default_rng(seed), SHORT)
-        assert 10.0 <= tour.duration_s <= 60.0
-        assert tour.path_m > 4.0
-        assert all(is_free(world, x, y) for x, y in tour.xy[::20])
-
-
-def test_a_level_cut_meets_triangles_at_its_height():
-    corners = extrude_polygon(shapely.box(0, 0, 3, 2), 0.0, 1.0).corners
-    segments = slice_level(corners, 0.25)
-    assert np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() == pytest.approx(10.0)
-    assert slice_level(corners, 1.5).shape == (0, 2, 2)
-
-
 def test_a_mesh_is_recorded_with_its_own_floorplan(tmp_path):
     mesh = flat_mesh()
     legacy = o3d.geometry.TriangleMesh(
@@ -109,14 +85,6 @@ def test_a_mesh_is_recorded_with_its_own_floorplan(tmp_path):
 def test_a_mesh_without_closed_space_is_refused(mesh, message):
     with pytest.raises(MapFormatError, match=message):
         survey_mesh(mesh)
-
-
-def test_a_closet_is_too_small_for_a_robot():
-    closet = shapely.difference(shapely.box(0, 0, 2.4, 2.4), shapely.box(0.2, 0.2, 2.2, 2.2))
-    floor = horizontal_sheet(shapely.box(0, 0, 2.4, 2.4), 0.0, faces_up=True)
-    world = survey_mesh(merge_meshes([floor, extrude_polygon(closet, 0.0, 2.5)]))
-    with pytest.raises(MapFormatError, match='connected space'):
-        plan_mesh_tour(world, np.random.default_rng(0))
 
 
 def test_unreadable_meshes_are_refused(tmp_path):

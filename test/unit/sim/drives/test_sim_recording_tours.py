@@ -9,7 +9,6 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.buildings.openings import walkable_area
 from fpnet_lab.sim.drives.driving import MOTION
-from fpnet_lab.sim.drives.routes import Place, Router
 from fpnet_lab.sim.drives.tours import TourLimits, plan_tour
 from fpnet_lab.sim.plans import generate_plan
 
@@ -32,17 +31,6 @@ def test_tour_stays_clear_of_walls(plan_and_tour):
     assert shapely.distance(area.boundary, points).min() > CLEARANCE_M
 
 
-def test_tour_starts_in_a_room_and_enters_four_others(plan_and_tour):
-    plan, tour = plan_and_tour
-    outlines = plan.outlines
-    assert len(set(tour.rooms)) == len(tour.rooms) >= 5
-    assert all(plan.rooms[room].kind == 'room' for room in tour.rooms)
-    assert outlines[tour.rooms[0]].contains(shapely.Point(tour.xy[0]))
-    for room in tour.rooms:
-        inside = tour.xy[shapely.contains_xy(outlines[room], tour.xy)]
-        assert shapely.length(shapely.linestrings(inside)) > 0.8  # the smallest rooms have 2 m
-
-
 def test_tour_respects_the_drive(plan_and_tour):
     _, tour = plan_and_tour
     limits = TourLimits()
@@ -59,16 +47,6 @@ def test_tour_respects_the_drive(plan_and_tour):
     assert np.ptp(tour.xy[:still], axis=0).max() == 0.0
 
 
-def test_sensor_pose_is_the_robot_s(plan_and_tour):
-    _, tour = plan_and_tour
-    index = len(tour.time_s) // 2
-    R, origin = tour.sensor_poses(tour.time_s[[index]])
-    assert origin[0] == pytest.approx([*tour.xy[index], tour.sensor_height_m])
-    yaw = np.arctan2(R[0, 1, 0], R[0, 0, 0])
-    assert np.cos(yaw - tour.yaw_rad[index]) == pytest.approx(1.0, abs=1e-9)
-    assert R[0, 2, 1] == pytest.approx(np.sin(tour.tilt_rad[index, 0]), abs=1e-4)  # roll
-
-
 def test_equal_generators_give_equal_tours():
     plan = generate_plan(np.random.default_rng(4), 'bent', min_rooms=13)
     first, second = (plan_tour(plan, np.random.default_rng(5)) for _ in range(2))
@@ -81,19 +59,3 @@ def test_impossible_tour_is_refused():
     plan = generate_plan(np.random.default_rng(0), 'bent', min_rooms=13)
     with pytest.raises(ConfigError, match='no tour through 500'):
         plan_tour(plan, np.random.default_rng(0), TourLimits(rooms=500))
-
-
-def test_router_distances_agree_with_its_paths():
-    plan = generate_plan(np.random.default_rng(1), 'double_corridor', min_rooms=13)
-    router = Router(plan)
-    rng = np.random.default_rng(2)
-    start = router.inner_point(0, rng, (1.0, 2.0))
-    lengths = router.distances(start)
-    assert set(lengths) == set(range(len(plan.rooms)))
-    for room in range(1, len(plan.rooms)):
-        goal = Place(room, np.array(router.outlines[room].representative_point().coords[0]))
-        path = router.path(start, goal)
-        assert path is not None
-        assert np.array_equal(path[0], start.xy)
-        assert np.array_equal(path[-1], goal.xy)
-        assert shapely.LineString(path).length > 0.8 * (lengths[room] - 1.0)

@@ -7,7 +7,7 @@ import pytest
 
 from fpnet_lab.sim.buildings.building import extrude
 from fpnet_lab.sim.buildings.fittings import BuildingStyle
-from fpnet_lab.sim.drives.scanning import cast_scan, scan_stamps_ns
+from fpnet_lab.sim.drives.scanning import cast_scan
 from fpnet_lab.sim.drives.tours import TourLimits, plan_tour
 from fpnet_lab.sim.lidars.lidar import LidarSimulator
 from fpnet_lab.sim.lidars.sensors import SENSORS
@@ -49,26 +49,6 @@ def test_rays_fill_the_field_of_view(name, lowest, highest, widest):
     assert np.abs(azimuth).max() == pytest.approx(widest, abs=1.0)
 
 
-@pytest.mark.parametrize('name', ['dome', 'rosette'])
-def test_some_sensors_do_not_repeat_their_pattern(name):
-    model, rng = SENSORS[name], np.random.default_rng(0)
-
-    def cells(start_s):
-        rays = model.directions(start_s, rng).reshape(-1, 3)
-        return set(map(tuple, np.floor(np.stack(angles_deg(rays), axis=1)).astype(int)))
-
-    first = cells(0.0)
-    both = first | cells(model.period_s)
-    five = both.union(*(cells(k * model.period_s) for k in range(2, 5)))
-    assert len(both) > 1.1 * len(first)
-    assert len(five) > len(both)
-
-
-def test_spinning_rings_are_stacked():
-    _, elevation = angles_deg(SENSORS['beams16'].directions(0.0, np.random.default_rng(0))[0])
-    assert elevation == pytest.approx(np.linspace(-15.0, 15.0, 16), abs=0.5)
-
-
 @pytest.mark.parametrize('name', sorted(SENSORS))
 def test_every_sensor_scans_a_building(name, building_and_tour):
     building, tour = building_and_tour
@@ -98,12 +78,3 @@ def test_rays_pass_glass_unless_it_faces_them(building_and_tour):
         for b in (opaque, glazed)
     )
     assert 0.5 * len(first.points) < len(second.points) < 0.99 * len(first.points)
-
-
-def test_scans_last_as_long_as_the_tour(building_and_tour):
-    building, tour = building_and_tour
-    lidar = LidarSimulator(building, SENSORS['planar'])
-    count = len(scan_stamps_ns(tour, lidar.model.period_s))
-    assert count == int(tour.duration_s * 10.0)
-    end = cast_scan(lidar, tour, count - 1, np.random.default_rng(3)).T_truth_sensor[:2, 3]
-    assert end == pytest.approx(tour.xy[-1], abs=0.15)

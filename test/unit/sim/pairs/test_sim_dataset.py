@@ -12,7 +12,7 @@ from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.pairs import dataset, writing
 from fpnet_lab.sim.pairs.dataset import PairDataset
 from fpnet_lab.sim.pairs.pair import generate_pair
-from fpnet_lab.sim.pairs.writing import refresh_features, shard_blocks, write_pairs
+from fpnet_lab.sim.pairs.writing import refresh_features, write_pairs
 
 SMALL = SimConfig(max_rooms=14, pairs_per_plan=4)
 
@@ -59,17 +59,6 @@ def test_blocks_hold_what_was_generated(folder):
             )
 
 
-@pytest.mark.parametrize('side', ['plan_portals', 'sub_portals'])
-def test_openings_are_kept(folder, side):
-    for index in range(4):
-        found = getattr(PairDataset(folder).pair(index), side)
-        expected = getattr(_generated(index), side)
-        assert len(found) == len(expected)
-        for a, b in zip(found, expected, strict=True):
-            assert (a.door, a.rooms, a.has_lintel) == (b.door, b.rooms, b.has_lintel)
-            np.testing.assert_array_equal(a.ends, b.ends)
-
-
 def test_two_workers_write_the_same_bytes_as_one(folder, tmp_path):
     # Workers start with blocks of the default size, so both sides name the sizes themselves.
     assert write_pairs(tmp_path, seed=9, count=4, config=SMALL, workers=2) == 4
@@ -85,13 +74,6 @@ def test_writing_goes_on_where_it_stopped_and_shards_agree(folder, tmp_path):
     assert sum(done) == 3
     assert _contents(tmp_path).items() >= _contents(folder).items()
     assert json.loads((tmp_path / dataset.MANIFEST).read_text())['count'] == 4
-
-
-def test_shards_partition_the_blocks():
-    shards = [shard_blocks(11, i, 3) for i in range(3)]
-    assert shards[0] == {0: 2, 6: 2}
-    assert shards[2] == {4: 2, 10: 1}
-    assert sum(sum(shard.values()) for shard in shards) == 11
 
 
 def test_another_seed_or_configuration_is_refused(folder):
@@ -131,16 +113,6 @@ def test_other_layouts_are_refused(folder, tmp_path):
     path.write_text(json.dumps({**json.loads(path.read_text()), 'schema': 1}))
     with pytest.raises(ConfigError, match='schema 1, expected 2'):
         PairDataset(tmp_path)
-
-
-def test_a_torch_loader_takes_the_reader_as_it_is(folder):
-    loader = pytest.importorskip('torch').utils.data.DataLoader(
-        PairDataset(folder), batch_size=2, collate_fn=list, num_workers=1
-    )
-    batches = list(loader)
-    assert [len(batch) for batch in batches] == [2, 2]
-    expected = PairDataset(folder)[3]
-    np.testing.assert_array_equal(batches[1][1].labels, expected.labels)
 
 
 def test_an_absent_scheduler_is_one_clear_line(tmp_path, monkeypatch):

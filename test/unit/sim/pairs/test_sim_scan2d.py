@@ -5,8 +5,6 @@ import numpy as np
 from fpnet_lab.sim.pairs.scan2d import (
     EMPTY,
     GLASS,
-    LINTEL,
-    MISS,
     SOLID,
     cast_rays,
     clear_cells,
@@ -42,16 +40,6 @@ def test_ranges_end_at_the_walls_faces():
     assert (codes == SOLID).all()
 
 
-def test_rays_parallel_to_an_axis_are_exact():
-    world = _room()
-    exact = np.array([[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]])
-    passes = np.zeros((1, 4), bool)
-    ranges, _ = cast_rays(
-        world[None], clear_cells(world == EMPTY), np.array([[10.0, 6.0]]), exact, 100.0, passes
-    )
-    np.testing.assert_allclose(ranges[0, 0], [17.0, 12.0, 7.0, 4.0], atol=1e-9)
-
-
 def test_oblique_rays_meet_the_wall_where_geometry_says():
     ranges, _ = _cast(_room(), [0.3])
     np.testing.assert_allclose(ranges, [16.5 / np.cos(0.3)], atol=1e-9)
@@ -72,42 +60,12 @@ def test_leaping_over_clear_cells_changes_nothing():
     assert (leaping[1] == EMPTY).any()
 
 
-def test_clear_cells_count_in_the_maximum_norm():
-    is_empty = np.ones((9, 11), bool)
-    is_empty[4, 5] = False
-    rows, cols = np.mgrid[:9, :11]
-    expected = np.maximum(abs(rows - 4), abs(cols - 5))
-    np.testing.assert_array_equal(clear_cells(is_empty), expected)
-    assert (clear_cells(np.ones((400, 400), bool)) == 255).all()
-
-
-def test_rays_beyond_reach_or_raster_miss():
-    ranges, codes = _cast(_room(), FOUR, reach=10.0)
-    assert ranges[0] == MISS
-    assert codes[0] == EMPTY
-    assert ranges[3] == 4.25
-    ranges, _ = _cast(np.zeros((20, 30), np.uint8), FOUR)
-    assert (ranges == MISS).all()
-
-
 def test_glass_stops_only_rays_that_do_not_pass():
     world = _room()
     world[:, 15] = GLASS
     ranges, codes = _cast(world, [0.0, 0.0], passes=[False, True])
     np.testing.assert_allclose(ranges, [4.5, 16.5])
     assert codes.tolist() == [GLASS, SOLID]
-
-
-def test_both_heights_are_cast_at_once():
-    body, high = _room(), _room()
-    body[:, 20], high[:, 13] = SOLID, LINTEL
-    clear = clear_cells((body == EMPTY) & (high == EMPTY))
-    starts, passes = np.array([[10.5, 6.25]]), np.zeros((1, 1), bool)
-    ranges, codes = cast_rays(
-        np.stack([body, high]), clear, starts, _directions([0.0]), 100.0, passes
-    )
-    np.testing.assert_allclose(ranges.ravel(), [9.5, 2.5])
-    assert codes.ravel().tolist() == [SOLID, LINTEL]
 
 
 def test_walks_go_around_walls_and_cut_no_corners():
@@ -124,11 +82,3 @@ def test_walks_go_around_walls_and_cut_no_corners():
         assert passable[row + dr, col]
         assert passable[row, col + dc]
     assert length[8 * 9] == np.float32(np.hypot(*steps.T).sum())
-
-
-def test_unreachable_cells_have_no_predecessor():
-    passable = np.ones((5, 5), bool)
-    passable[2] = False
-    previous, length = walk_field(passable, 0, 0)
-    assert previous[4 * 5] == -1
-    assert np.isinf(length[4 * 5])

@@ -10,21 +10,16 @@ from fpnet_core.io.maps import write_map
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
 from fpnet_lab.cli.simulate import app
-from fpnet_lab.sim.config import DrawingConfig, SimConfig
-from fpnet_lab.sim.drawn.distort import cut_map, warp_map
-from fpnet_lab.sim.drawn.drawings import draw_storey
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.drawn.distort import warp_map
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.pairs.dataset import PairDataset, read_manifest
 from fpnet_lab.sim.pairs.pair import generate_mapped_pair, generate_pair
 from fpnet_lab.sim.pairs.presets import PRESETS, in_split, preset
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.plans.sources import GivenPlans, NamedPlan, read_plans
+from fpnet_lab.sim.plans.sources import GivenPlans
 
 SMALL = SimConfig(pairs_per_plan=2, pairs_per_drawing=2)
-TURN = Affine2D(
-    np.diag([1.08, 0.94]) @ np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]]),
-    np.array([11.0, -4.0]),
-)
 
 
 def _house(seed):
@@ -34,16 +29,6 @@ def _house(seed):
 @pytest.fixture(scope='module')
 def source():
     return GivenPlans([('first', _house(4)), ('second', _house(6))])
-
-
-def test_given_plans_take_turns_and_keep_their_names(source):
-    assert [source.plan_id(k) for k in range(4)] == [0, 1, 0, 1]
-    assert [generate_pair(3, i, SMALL, source).family for i in (0, 2, 4)] == [
-        'first',
-        'second',
-        'first',
-    ]
-    assert generate_pair(3, 4, SMALL, source).plan_id == 0
 
 
 def test_pairs_of_a_given_plan_fit_its_own_raster(source):
@@ -58,18 +43,6 @@ def test_pairs_of_a_given_plan_fit_its_own_raster(source):
     assert (grid.cells[tuple(target[inside].T)] == FREE).mean() > 0.85
 
 
-def test_a_warped_drawing_keeps_its_rooms():
-    grid = _house(4)
-    turned = warp_map(grid, TURN)
-    before = segment_floorplan(grid, SMALL.segmentation)
-    after = segment_floorplan(turned, SMALL.segmentation)
-    assert abs(len(after.rooms) - len(before.rooms)) <= 1
-    rc = np.argwhere(grid.cells == FREE)[::7]
-    target = np.rint(turned.xy_to_rc(TURN.apply(grid.rc_to_xy(rc)))).astype(int)
-    assert (turned.cells[tuple(target.T)] != UNKNOWN).mean() > 0.99
-    assert (turned.cells[tuple(target.T)] == FREE).mean() > 0.9
-
-
 @pytest.mark.parametrize('degrees', [0.0, 13.0, 45.0, 71.0])
 def test_walls_of_one_cell_stay_closed_at_any_angle(degrees):
     cells = np.full((60, 60), FREE, np.int8)
@@ -78,37 +51,6 @@ def test_walls_of_one_cell_stay_closed_at_any_angle(degrees):
     turned = warp_map(GridMap(cells, 0.05), A)
     config = SMALL.segmentation.model_copy(update={'min_room_area_m2': 0.5})
     assert len(segment_floorplan(turned, config).rooms) == 2
-
-
-def test_cut_drawings_show_their_area_only():
-    grid = _house(4)
-    ring = np.array([[2.0, 3.0], [9.0, 3.0], [9.0, 8.0], [2.0, 8.0]])
-    cut = cut_map(grid, ring)
-    xy = grid.rc_to_xy(np.argwhere(cut.cells != UNKNOWN))
-    margin = grid.resolution
-    assert (xy.min(axis=0) > ring.min(axis=0) - margin).all()
-    assert (xy.max(axis=0) < ring.max(axis=0) + margin).all()
-    assert np.count_nonzero(cut.cells == FREE) > 100
-
-
-def test_drawings_are_distorted_up_to_their_limits():
-    plan = generate_plan(np.random.default_rng(4), 'house')
-    config = DrawingConfig(scale_error=0.09, axis_error=0.06, cut=1.0)
-    stretches = []
-    for k in range(12):
-        drawing = draw_storey(
-            NamedPlan(plan, 'house'), np.random.default_rng(k), config, SMALL.segmentation
-        )
-        stretches += np.linalg.svd(drawing.A_plan_building.linear)[1].tolist()
-        assert drawing.area is not None
-    assert 0.85 <= min(stretches) < 0.95
-    assert 1.05 < max(stretches) <= 1.15
-
-
-def test_rooms_beyond_a_cut_drawing_have_no_partner():
-    config = SimConfig(drawing=DrawingConfig(cut=1.0, cut_m=(10.0, 12.0)))
-    unmatched = [np.count_nonzero(generate_pair(5, i, config).sub_labels == -1) for i in range(4)]
-    assert sum(unmatched) > 0
 
 
 def test_a_plan_without_rooms_is_one_clear_line():
@@ -130,15 +72,6 @@ def test_tours_that_see_too_little_are_one_clear_line(monkeypatch):
     monkeypatch.setattr('fpnet_lab.sim.pairs.pair._ATTEMPTS', 2)
     with pytest.raises(FpnetError, match='no tour in 2 saw 99 regions'):
         generate_pair(0, 0, SMALL, GivenPlans([('cell', _house(4))]))
-
-
-def test_folders_are_read_once_per_map(tmp_path):
-    for name in ('b', 'a'):
-        write_map(_house(4), tmp_path / f'{name}.yaml')
-    assert [name for name, _ in read_plans([tmp_path])] == ['a', 'b']
-    (tmp_path / 'empty').mkdir()
-    with pytest.raises(MapFormatError, match='holds no floorplan'):
-        read_plans([tmp_path / 'empty'])
 
 
 def test_presets_are_the_papers():

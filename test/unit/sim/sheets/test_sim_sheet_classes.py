@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.raster.pixels import shrinking
 from fpnet_lab.sim.sheets import draw_sheet
 from fpnet_lab.sim.sheets.classes import sheet_classes
 from fpnet_lab.sim.sheets.looks import Trait
@@ -36,12 +35,3 @@ def test_walls_doors_and_windows_are_where_they_are_drawn(sheet):
     grey = sheet.pixels[..., :3].mean(axis=2)
     if sheet.look.walls in {'solid', 'thin'}:
         assert grey[classes == WALL].mean() < grey[classes == DOOR].mean() - 20.0
-
-
-def test_a_smaller_picture_shows_the_same(sheet):
-    whole = sheet_classes(sheet)
-    rows, cols = (side // 2 for side in whole.shape)
-    small = sheet_classes(sheet, shrinking(0.5), (rows, cols))
-    near = whole[: 2 * rows : 2, : 2 * cols : 2]
-    assert small.shape == (rows, cols)
-    assert (small == near).mean() > 0.97

@@ -2,26 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sheets as PDF, SVG and DXF: the same drawing with texts, curves, layers and units."""
 
-from dataclasses import replace
-import json
 from xml.etree import ElementTree as ET
 
 import ezdxf
 from ezdxf import bbox
 import numpy as np
-from PIL import Image, ImageOps
+from PIL import Image
 import pypdfium2
 import pytest
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.maps import read_map
-from fpnet_core.raster.pixels import map_points
-from fpnet_core.types import FREE
 from fpnet_lab.sim.sheets import draw_sheet
 from fpnet_lab.sim.sheets.artwork import Arcs, Letters, Role
-from fpnet_lab.sim.sheets.dxf import UNITS, DxfStyle, draw_dxf_style, write_dxf
-from fpnet_lab.sim.sheets.files import write_picture, write_sheet, write_vector
-from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES
+from fpnet_lab.sim.sheets.dxf import UNITS, DxfStyle, write_dxf
+from fpnet_lab.sim.sheets.files import write_vector
+from fpnet_lab.sim.sheets.layers import LAYERINGS
 from fpnet_lab.sim.sheets.looks import Trait
 from fpnet_lab.sim.sheets.svg import write_svg
 
@@ -109,28 +104,6 @@ def test_a_dxf_has_true_lengths_in_its_units(sheet, tmp_path, unit):
     assert first_text(sheet).text in texts
 
 
-def test_blocks_lie_where_the_plain_drawing_has_them(sheet, tmp_path):
-    extents = []
-    for blocks in (False, True):
-        path = tmp_path / f'{blocks}.dxf'
-        style = DxfStyle('cm', origin=(7.0, 3.0), blocks=blocks, exploded=True)
-        write_dxf(sheet.artwork, path, LAYERINGS['plain'], style)
-        space = ezdxf.readfile(path).modelspace()
-        assert bool(space.query('INSERT')) is blocks
-        doors = bbox.extents(space.query('*[layer=="Doors"]'))
-        extents.append(np.array([doors.extmin, doors.extmax]))
-        assert not space.query('DIMENSION')
-    np.testing.assert_allclose(*extents, atol=1e-3)
-
-
-def test_paper_space_holds_what_is_no_building(sheet, tmp_path):
-    path = tmp_path / 'sheet.dxf'
-    write_dxf(sheet.artwork, path, LAYERINGS['plain'], DxfStyle(paper_space=True))
-    drawing = ezdxf.readfile(path)
-    assert not drawing.modelspace().query('*[layer=="Sheet"]')
-    assert drawing.layout('Layout1').query('TEXT[layer=="Sheet"]')
-
-
 def test_equal_sheets_are_equal_files(sheet, tmp_path):
     for suffix in ('pdf', 'svg', 'dxf'):
         written = []
@@ -140,66 +113,3 @@ def test_equal_sheets_are_equal_files(sheet, tmp_path):
             write_vector(sheet, path)
             written.append(path.read_bytes())
         assert written[0] == written[1], suffix
-
-
-def test_every_layering_names_every_role():
-    assert set(LAYERINGS) == set(SHARES)
-    assert sum(SHARES.values()) == pytest.approx(1.0)
-    for names in LAYERINGS.values():
-        assert set(names) == set(Role)
-    units = {draw_dxf_style(np.random.default_rng(seed)).unit for seed in range(60)}
-    assert units == set(UNITS)
-
-
-def test_a_sheet_is_written_in_every_format_with_its_truth(tmp_path):
-    scan = draw_sheet(1, 'scan')
-    truth = write_sheet(scan, tmp_path)
-    assert json.loads((tmp_path / 'truth.json').read_text()) == truth
-    names = {path.name for path in tmp_path.iterdir()}
-    assert {f'sheet.{suffix}' for suffix in ('png', 'jpg', 'pdf', 'svg', 'dxf')} <= names
-    with Image.open(tmp_path / 'rooms.png') as rooms:
-        assert np.array(rooms).max() == truth['rooms']
-    grid = read_map(tmp_path / 'plan.yaml')
-    free_m2 = np.count_nonzero(grid.cells == FREE) * grid.resolution**2
-    assert free_m2 == pytest.approx(scan.storeys[0].plan.floor_area_m2, rel=0.1)
-
-
-def test_phones_held_on_their_side_say_so(tmp_path):
-    pixels = np.full((90, 140, 3), 230, np.uint8)
-    pixels[20:30, 100:110] = 10
-    phone = replace(draw_sheet(0, 'phone'), pixels=pixels)
-    seen = set()
-    for seed in range(30):
-        path = tmp_path / 'sheet.jpg'
-        H = write_picture(replace(phone, seed=seed), path)
-        with Image.open(path) as stored:
-            seen.add(stored.getexif().get(0x0112, 1))
-            upright = np.array(ImageOps.exif_transpose(stored).convert('L'), float)
-            x, y = np.rint(map_points(H, np.array([104.5, 24.5]))).astype(int).tolist()
-            assert np.mean(stored.getpixel((x, y))) < 60
-        assert np.abs(upright - pixels[..., 0]).mean() < 6.0
-    assert seen == {1, 3, 6, 8}
-
-
-def test_some_pictures_have_a_palette(tmp_path):
-    sheet, modes = draw_sheet(0, 'brochure'), set()
-    path = tmp_path / 'sheet.png'
-    small = replace(sheet, pixels=np.ascontiguousarray(sheet.pixels[::8, ::8, :3]))
-    for seed in range(20):
-        write_picture(replace(small, seed=seed), path)
-        with Image.open(path) as image:
-            modes.add(image.mode)
-            shown = np.array(image.convert('RGB'), float)
-        assert np.abs(shown - small.pixels).mean() < 4.0
-    assert modes == {'P', 'RGB'}
-
-
-def test_a_jpeg_of_a_transparent_sheet_is_on_white(tmp_path):
-    sheets = (draw_sheet(seed, 'clean') for seed in range(40))
-    clear = next(
-        s for s in sheets if s.pixels.shape[2] == 4 and Trait.INVERTED not in s.look.traits
-    )
-    path = tmp_path / 'sheet.jpg'
-    write_picture(clear, path)
-    with Image.open(path) as image:
-        assert min(image.getpixel((0, 0))) > 240

@@ -10,7 +10,7 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.plans.special import special_plan
 from fpnet_lab.sim.sheets import draw_sheet
 from fpnet_lab.sim.sheets.classes import sheet_classes
-from fpnet_lab.sim.sheets.negatives import NEGATIVES, draw_negative, negative
+from fpnet_lab.sim.sheets.negatives import NEGATIVES, negative
 
 
 def plan_with_gates():
@@ -61,7 +61,3 @@ def test_a_negative_of_every_kind_can_be_drawn(name):
     pixels = negative(name, (200, 260), np.random.default_rng(3))
     assert pixels.shape == (200, 260, 3)
     assert pixels.dtype == np.uint8
-
-
-def test_equal_seeds_give_equal_negatives():
-    np.testing.assert_array_equal(draw_negative(5), draw_negative(5))
