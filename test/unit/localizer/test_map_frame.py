@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""One place in every frame: transforms, covariances and hints."""
 
 import numpy as np
 from planted import plan_grid
 import pytest
 
 from fpnet_core.errors import HintError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.types import LocalizerOutput, Status
@@ -114,3 +116,22 @@ def test_a_word_in_another_frame_is_refused(plan_id, message):
     frame = MapFrame(plan_grid(), plan_id, 'map')
     with pytest.raises(HintError, match=message):
         frame.hint(SE2.identity(), 'odom', np.eye(3), np.eye(4))
+
+
+@pytest.mark.parametrize('scale', [0.7, 1.0, 1.4])
+def test_a_hint_is_for_placements_of_any_scale_that_put_the_robot_there(scale):
+    here = SE2.from_xy_yaw(10.0, -4.0, 0.3)  # far from where odometry began
+    there = SE2.from_xy_yaw(2.0, 5.0, -1.1)
+    hint = PoseHint(there, here)
+    linear = Similarity2D.from_scale_yaw(scale, there.yaw - here.yaw, (0.0, 0.0))
+    around_robot = Similarity2D.from_scale_yaw(
+        scale, there.yaw - here.yaw, there.translation - linear.apply(here.translation)
+    )
+    assert hint.agrees(around_robot)
+    turned = around_robot @ here @ SE2.from_xy_yaw(0.0, 0.0, 0.8) @ here.inv()
+    around_start = Similarity2D.from_scale_yaw(
+        scale, there.yaw - here.yaw, hint.A_plan_odom.translation
+    )
+    found = Placements.of([turned, around_robot, around_start])
+    expected = [False, True, scale == 1.0]
+    assert hint.agreeing(found, SE2.from_xy_yaw(0.0, 0.0, 0.0)).tolist() == expected
