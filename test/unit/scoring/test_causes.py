@@ -16,6 +16,7 @@ from fpnet_core.scoring.findings import (
     storeys_alike,
 )
 from fpnet_core.scoring.invocation import Invocation
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import CauseKind
 
 ASKED = Invocation(
@@ -161,3 +162,23 @@ def test_rare_scans_are_the_cause_of_drift_and_of_walls_that_fit_nowhere():
     assert first(found).evidence.startswith('2.0 scans per second, and no other odometry')
     assert first(found).next.endswith('plan.png --page 2 --poses POSES.tum')
     assert first(replace(found, sensed=Sensed(matched_hz=10.0))).kind is CauseKind.DRIFT
+
+
+def test_rooms_that_deny_a_scale_leave_nothing_for_guesses():
+    found = replace(TRIED, scale_conflict=ScaleEstimate(0.1, 0.08, 0.13))
+    assert kinds(found) == [CauseKind.SCALE]
+    assert first(found).evidence == (
+        'its rooms, doors and walls suggest 0.005 m per pixel (0.004 to 0.0065); 0.05 was used'
+    )
+    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
+
+
+def test_the_edge_of_what_was_searched_is_a_hint_only():
+    found = replace(POOR, best=Fit(0.02, 0.55, 1.1))
+    assert kinds(found) == [CauseKind.OTHER_PLAN, CauseKind.SCALE]
+    assert 'the highest searched (0.90 to 1.10)' in causes_of(found)[1].evidence
+
+
+def test_what_explains_no_more_is_no_proof():
+    found = replace(TRIED, mirror=Fit(0.99, 0.57, 1.0), rescaled=Fit(0.99, 0.57, 1.6))
+    assert kinds(found) == [CauseKind.OTHER_PLAN]

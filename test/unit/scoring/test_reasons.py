@@ -224,3 +224,33 @@ def test_every_verdict_has_one_plain_sentence(seed):
     figures = re.findall(r'(\S+) (%|m of|m more|m north|m south|m east|m west|degrees)', said)
     assert all(number.isdigit() for number, _ in figures)
     assert all(int(number) <= 100 for number, unit in figures if unit == '%')
+
+
+def test_a_plan_that_is_its_own_image_turned_is_no_other_building():
+    turned = SE2.from_xy_yaw(3.0, -2.0, 0.4 + math.pi)
+    found = posterior([HERE, turned], [0.3, 0.28], [0.7, 0.69], foreign=0.4)
+    assert reason_of(found, LOOK) == (
+        'explains 70 % of 140 m of observed wall; runner-up rotated by 180 degrees: 69 %'
+    )
+    foreign = posterior([HERE, turned], [0.1, 0.1], [0.7, 0.69], foreign=0.8)
+    assert (
+        reason_of(foreign, LOOK)
+        == 'explains 70 % of the observed walls: possibly another building'
+    )
+
+
+def test_another_building_whose_walls_are_not_there():
+    found = posterior([HERE], [0.1], [0.71], foreign=0.9, denied=[0.44])
+    assert reason_of(found, LOOK) == (
+        'explains 71 % of the observed walls, but 44 % of the plan walls there are missing: '
+        'possibly another building'
+    )
+
+
+def test_a_scale_at_the_edge_may_be_why_little_is_explained():
+    look = replace(LOOK, scales=(0.887, 1.127))
+    found = posterior([scaled(1.127)], [0.1], [0.52], foreign=0.9)
+    assert reason_of(found, look) == (
+        'explains 52 % of the observed walls, at 1.13 times the stated scale, the highest '
+        'searched: possibly another scale or another building'
+    )

@@ -119,3 +119,11 @@ def test_figures_beyond_all_experience_count_no_more_than_the_utmost_experience(
     np.testing.assert_allclose(
         model.log_probability(Evidence(figures, far.context)), model.log_probability(further)
     )
+
+
+def test_placements_that_say_the_same_can_be_left_out():
+    scorer = PlacementScorer(BLIND, 0.99)
+    found = posterior(scorer, [2.0, 2.0, -5.0])
+    one = scorer.reduced(found, np.array([0, 2]))
+    assert len(one.placements) == len(one.evidence) == 2
+    assert one.best > 0.98 > 0.51 > found.best
