@@ -19,7 +19,7 @@ from fpnet_lab.sim.buildings.furnishing import (
     DOOR_CLEARANCE_M,
     furnish,
 )
-from fpnet_lab.sim.buildings.meshes import extrude_polygon, merge_meshes
+from fpnet_lab.sim.buildings.meshes import merge_meshes
 from fpnet_lab.sim.buildings.openings import walkable_area
 from fpnet_lab.sim.drives.driving import WALK
 from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
@@ -207,17 +207,6 @@ def cast(building, origin, direction):
 @pytest.fixture(scope='module')
 def empty_building():
     return extrude(three_rooms(), np.random.default_rng(0), is_furnished=False)
-
-
-def test_prism_is_closed_and_faces_outwards():
-    ring = turned([(0, 0), (4, 0), (4, 3), (0, 3)])
-    hole = turned([(1, 1), (2, 1), (2, 2), (1, 2)])
-    corners = extrude_polygon(shapely.Polygon(ring, [hole]), 0.5, 2.5).corners
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    volume = np.einsum('ti,ti->', corners[:, 0], normals) / 6.0
-    area = np.linalg.norm(normals, axis=1).sum() / 2.0
-    assert volume == pytest.approx(11.0 * 2.0)
-    assert area == pytest.approx(2.0 * 11.0 + (14.0 + 4.0) * 2.0)
 
 
 def test_door_lets_through_below_the_lintel_only(empty_building):

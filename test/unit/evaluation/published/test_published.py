@@ -271,9 +271,6 @@ MEASURED_APART = {
 """Parts of a benchmark that have nothing in common but its name."""
 
 
-"""Parts of a benchmark that have nothing in common but its name."""
-
-
 def test_pages_agree_on_every_figure():
     on_pages = [each for page in pages(ROOT) for each in stated(page)]
     assert contradictions(on_pages) == []
