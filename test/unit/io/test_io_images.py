@@ -10,7 +10,7 @@ import pytest
 from scipy import ndimage
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.images import interpret
+from fpnet_core.io.images import grey_levels, interpret, load_pixels
 from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
@@ -168,3 +168,20 @@ def test_a_recess_as_wide_as_its_mouth_is_outside():
 def test_dark_picture_has_no_free_space(level):
     with pytest.raises(MapFormatError, match='no free space'):
         interpret(np.full((50, 50), level, np.uint8), RESOLUTION_M)
+
+
+@pytest.mark.parametrize(
+    ('mode', 'channels'), [('L', 1), ('LA', 2), ('RGB', 3), ('RGBA', 4), ('1', 1), ('P', 3)]
+)
+def test_every_image_mode_gives_the_same_grey(tmp_path, mode, channels):
+    image = Image.fromarray(building()).convert(mode)
+    image.save(tmp_path / 'plan.png')
+    pixels = load_pixels(tmp_path / 'plan.png')
+    assert pixels.shape == (200, 300, channels)
+    np.testing.assert_array_equal(grey_levels(pixels), building())
+
+
+def test_transparent_is_white():
+    pixels = np.zeros((2, 2, 4), np.float32)
+    pixels[0, 0, 3] = 1.0
+    np.testing.assert_array_equal(grey_levels(pixels), [[0, 255], [255, 255]])

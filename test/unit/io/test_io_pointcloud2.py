@@ -160,3 +160,15 @@ def test_units_of_time_are_told_by_the_length_of_a_sweep(raw):
 @pytest.mark.parametrize('raw', [[0.0, np.nan], [0.0, 1e19]])
 def test_unusable_times_are_none(raw):
     assert sweep_seconds(np.array(raw)) is None
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        ({'points': np.zeros((3, 2))}, r'\(P, 3\)'),
+        ({'points': POINTS, 'ring': np.zeros(2)}, 'ring'),
+    ],
+)
+def test_encode_rejects_wrong_shapes(arguments, message):
+    with pytest.raises(CloudFormatError, match=message):
+        encode_points(**arguments)
