@@ -124,12 +124,9 @@ def test_the_readme_states_the_papers_tables_as_their_page_does():
     stated = [re.fullmatch(r'([\d.]+) \(([\d.]+)\)', row[ts]).groups() for row in paper]
     auc_stated = [re.search(r'\(([\d.]+)\)', row[auc])[1] for row in paper]
     shown = (
-        [f'{float(row[ts]):.0f}' for row in own],
-        [theirs for _, theirs in stated],
-        [f'{float(ours):.0f}' for ours, _ in stated],
-        [row[auc] for row in own],
-        auc_stated,
-    )
+        [f'{float(row[ts]):.0f}' for row in own], [theirs for _, theirs in stated],
+        [f'{float(ours):.0f}' for ours, _ in stated], [row[auc] for row in own], auc_stated,
+    )  # fmt: skip
     readme = (ROOT / 'README.md').read_text(encoding='utf-8')
     for first, second, third in shown:
         assert f'{first}, {second} and {third}' in readme

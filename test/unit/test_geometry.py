@@ -49,13 +49,10 @@ def test_unset_orientation_is_refused(xyzw):
 @pytest.mark.parametrize(
     'matrix',
     [
-        np.zeros((4, 4)),
-        np.diag([1.0, 1.0, -1.0, 1.0]),
-        1.01 * np.eye(4),
-        np.eye(3),
+        np.zeros((4, 4)), np.diag([1.0, 1.0, -1.0, 1.0]), 1.01 * np.eye(4), np.eye(3),
         np.eye(4) * np.nan,
     ],
-)
+)  # fmt: skip
 def test_what_is_no_rigid_transform(matrix):
     assert not is_rigid(matrix)
     with pytest.raises(ValueError, match='not a rigid'):
@@ -65,13 +62,10 @@ def test_what_is_no_rigid_transform(matrix):
 @pytest.mark.parametrize(
     'bad',
     [
-        np.eye(3),
-        np.diag([2.0, 1.0, 1.0, 1.0]),
-        np.diag([-1.0, 1.0, 1.0, 1.0]),
-        np.diag([1.0, 1.0, 1.0, 2.0]),
-        np.full((4, 4), np.nan),
+        np.eye(3), np.diag([2.0, 1.0, 1.0, 1.0]), np.diag([-1.0, 1.0, 1.0, 1.0]),
+        np.diag([1.0, 1.0, 1.0, 2.0]), np.full((4, 4), np.nan),
     ],
-)
+)  # fmt: skip
 def test_a_pose_that_is_not_rigid_is_refused(bad):
     with pytest.raises(OdometryError, match='sensor pose: expected a'):
         checked_rigid(bad)

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import polar
 
-from fpnet_core.geometry import (
-    SE2,
-    Affine2D,
-    Placement,
-    Placements,
-    Similarity2D,
-    angle_between,
-)
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements, Similarity2D, angle_between
 
 STRETCHES = np.array(
     [[[1.1, 0.05], [0.05, 0.9]], [[0.7, -0.2], [-0.2, 1.4]], [[3.0, 0], [0, 0.2]]]
@@ -134,13 +127,10 @@ def test_a_worse_placement_near_a_better_one_is_the_same_one():
 @pytest.mark.parametrize(
     ('column', 'value'),
     [
-        ('linear', np.zeros((3, 3, 3))),
-        ('translation', np.zeros((2, 2))),
-        ('score', np.zeros(2)),
-        ('cov', np.zeros((3, 2, 2))),
-        ('probability', np.zeros((3, 1))),
+        ('linear', np.zeros((3, 3, 3))), ('translation', np.zeros((2, 2))),
+        ('score', np.zeros(2)), ('cov', np.zeros((3, 2, 2))), ('probability', np.zeros((3, 1))),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_shape_is_refused_by_name(column, value):
     columns = {'linear': STRETCHES, 'translation': SHIFTS, column: value}
     with pytest.raises(ValueError, match=rf'Placements\.{column}: expected shape'):

@@ -65,11 +65,7 @@ def robot():
 
 def test_poses_are_chained_and_interpolated_in_both_directions(robot):
     at = robot.lookup('odom', 'lidar', S // 10)
-    np.testing.assert_allclose(
-        at,
-        T(0.5, 0.0, 0.2) @ T(0.3, 0.0, np.pi / 2),
-        atol=1e-12,
-    )
+    np.testing.assert_allclose(at, T(0.5, 0.0, 0.2) @ T(0.3, 0.0, np.pi / 2), atol=1e-12)
     np.testing.assert_allclose(robot.lookup('lidar', 'odom', S // 10) @ at, np.eye(4), atol=1e-12)
     np.testing.assert_array_equal(robot.lookup('odom', 'base', 0), T(0.0, 0.0))
     np.testing.assert_array_equal(robot.lookup('lidar', 'lidar', 7 * S), np.eye(4))

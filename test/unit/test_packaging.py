@@ -69,10 +69,7 @@ def test_files_that_disagree_are_named(checkout):
         release.check(checkout, '0.4.0')
 
 
-MANIFESTS = [
-    ROOT / 'package.xml',
-    ROOT / 'interfaces' / 'fpnet_msgs' / 'package.xml',
-]
+MANIFESTS = [ROOT / 'package.xml', ROOT / 'interfaces' / 'fpnet_msgs' / 'package.xml']
 
 
 @pytest.mark.parametrize('path', MANIFESTS, ids=lambda path: path.parent.name)
@@ -106,12 +103,8 @@ def test_markup_of_entries_becomes_that_of_restructured_text():
     text = '## 0.2.0 (2026-12-01)\n\n- [It](a.md), `a_b`\n  and c_d.\n\n### More\n\n- **B**\n'
     text += '\n### Renamed\n\n| old | new |\n|---|---|\n| `a` | `b` |\n'
     assert as_catkin(text).split('\n')[4:] == [
-        '0.2.0 (2026-12-01)',
-        '------------------',
-        '* It, ``a_b`` and c\\_d.',
-        '* B',
-        '',
-    ]
+        '0.2.0 (2026-12-01)', '------------------', '* It, ``a_b`` and c\\_d.', '* B', '',
+    ]  # fmt: skip
 
 
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']

@@ -36,20 +36,14 @@ COLUMNS = (
 @pytest.mark.parametrize(
     ('unit', 'value', 'text'),
     [
-        (Units.COUNT, 12, '12'),
-        (Units.NUMBER, 0.126, '0.13'),
-        (Units.SHARE, 0.94, '94 %'),
-        (Units.FINE_SHARE, 0.9412, '94.1 %'),
-        (Units.METRES, 0.05, '0.05 m'),
-        (Units.PATH, 3, '3.0 m'),
-        (Units.DEGREES, 0.44, '0.4 deg'),
-        (Units.SECONDS, 1.06, '1.1 s'),
-        (Units.MS, 12.6, '13 ms'),
-        (Unit(' times', 1), 2.44, '2.4 times'),
-        (Units.METRES, math.inf, 'inf m'),
+        (Units.COUNT, 12, '12'), (Units.NUMBER, 0.126, '0.13'), (Units.SHARE, 0.94, '94 %'),
+        (Units.FINE_SHARE, 0.9412, '94.1 %'), (Units.METRES, 0.05, '0.05 m'),
+        (Units.PATH, 3, '3.0 m'), (Units.DEGREES, 0.44, '0.4 deg'),
+        (Units.SECONDS, 1.06, '1.1 s'), (Units.MS, 12.6, '13 ms'),
+        (Unit(' times', 1), 2.44, '2.4 times'), (Units.METRES, math.inf, 'inf m'),
         (Units.COUNT, 'not asked', 'not asked'),
     ],
-)
+)  # fmt: skip
 def test_values_are_written_with_their_unit(unit, value, text):
     assert str(Score('any', value, unit)) == text
 
@@ -64,14 +58,11 @@ def test_what_is_not_known_is_nothing_or_what_the_unit_says(value):
 @pytest.mark.parametrize(
     ('value', 'aim', 'is_met', 'said'),
     [
-        (0.5, 0.5, True, '0.50 m'),
-        (0.51, 0.5, False, '0.50 m, missed'),
-        (9.0, None, True, ''),
-        (math.nan, 0.5, False, '0.50 m, missed'),
-        (None, 0.5, False, '0.50 m, missed'),
+        (0.5, 0.5, True, '0.50 m'), (0.51, 0.5, False, '0.50 m, missed'), (9.0, None, True, ''),
+        (math.nan, 0.5, False, '0.50 m, missed'), (None, 0.5, False, '0.50 m, missed'),
         (0, 0, True, '0.00 m'),
     ],
-)
+)  # fmt: skip
 def test_an_aim_is_met_up_to_itself_and_never_by_what_is_unknown(value, aim, is_met, said):
     score = Score('error', value, Units.METRES, aim)
     assert (score.is_met, score.said_aim) == (is_met, said)

@@ -17,10 +17,7 @@ from fpnet_core.pose import map_evidence
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Region, RegionGraph, RegionLabel
 from fpnet_lab.baselines import MATCHERS, NearestNeighborMatcher, correlative
 from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound
-from fpnet_lab.baselines.cloud_registration import (
-    CLOUD_METHODS,
-    installed,
-)
+from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS, installed
 from fpnet_lab.baselines.correlative import search_placement
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
@@ -248,9 +245,7 @@ def test_mutual_nearest_descriptors_are_paired():
     # Submap area 0.9 is nearest to plan 1.0, but 1.05 is nearer to that; 5.2 goes with 5.0.
     matcher = NearestNeighborMatcher(MatcherConfig())
     result = matcher.match(
-        of_squares(rows_of([1.0, 5.0, 9.0])),
-        of_squares(rows_of([0.9, 1.05, 5.2])),
-        1.0,
+        of_squares(rows_of([1.0, 5.0, 9.0])), of_squares(rows_of([0.9, 1.05, 5.2])), 1.0
     )
     assert result.pairs.tolist() == [[0, 1], [1, 2]]
     assert result.scores == pytest.approx([np.exp(-(0.05**2)), np.exp(-(0.2**2))], rel=1e-4)
@@ -259,9 +254,7 @@ def test_mutual_nearest_descriptors_are_paired():
 def test_doors_never_match_rooms():
     matcher = NearestNeighborMatcher(MatcherConfig())
     result = matcher.match(
-        of_squares(rows_of([1.0, 3.0], doors=[0])),
-        of_squares(rows_of([1.0])),
-        1.0,
+        of_squares(rows_of([1.0, 3.0], doors=[0])), of_squares(rows_of([1.0])), 1.0
     )
     assert result.pairs.tolist() == [[1, 0]]
     only_door = of_squares(rows_of([1.0], doors=[0]))

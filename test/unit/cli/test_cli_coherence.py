@@ -25,13 +25,9 @@ SHARED = {
     '--json': common.JsonOption,
 }
 DOCUMENTS = (
-    'README.md',
-    'docs/cli.md',
-    'docs/reports.md',
-    'docs/simulator.md',
-    'docs/floorplans.md',
+    'README.md', 'docs/cli.md', 'docs/reports.md', 'docs/simulator.md', 'docs/floorplans.md',
     'docs/formats.md',
-)
+)  # fmt: skip
 
 
 @cache

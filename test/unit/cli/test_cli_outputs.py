@@ -38,12 +38,7 @@ def refused(capsys, *words):
 
 @pytest.mark.parametrize(
     ('command', 'option'),
-    [
-        ('segment', '--plot'),
-        ('segment', '--json'),
-        ('check-plan', '--out'),
-        ('plan', '--out'),
-    ],
+    [('segment', '--plot'), ('segment', '--json'), ('check-plan', '--out'), ('plan', '--out')],
 )
 def test_an_output_below_a_file_is_refused_before_the_plan_is_read(
     command, option, plan, tmp_path, capsys, monkeypatch

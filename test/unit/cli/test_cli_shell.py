@@ -11,13 +11,7 @@ import time
 import pytest
 
 from fpnet import cli
-from fpnet.cli import (
-    COMMANDS,
-    Subcommand,
-    common,
-    installed_commands,
-    main,
-)
+from fpnet.cli import COMMANDS, Subcommand, common, installed_commands, main
 from fpnet.cli.progress import progress, track
 from fpnet_core.errors import ConfigError, FpnetError
 

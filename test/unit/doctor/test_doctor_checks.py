@@ -17,13 +17,7 @@ from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks, check_rate
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.observed import SeenScan
-from fpnet_core.doctor.sensor import (
-    check_mount,
-    check_returns,
-    check_unit,
-    is_upside_down,
-    tilt,
-)
+from fpnet_core.doctor.sensor import check_mount, check_returns, check_unit, is_upside_down, tilt
 from fpnet_core.doctor.topics import check_qos, check_time, mismatch
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.io.message_types import CLOCK, GRID, ODOMETRY, POINT_CLOUD

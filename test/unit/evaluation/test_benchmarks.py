@@ -23,10 +23,7 @@ from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.sites.storeys_apart import Parting
 from fpnet_lab.evaluation.speed import growth
 from fpnet_lab.evaluation.submap_recordings import RegisteredDrive
-from fpnet_lab.evaluation.submap_segmentation import (
-    score_segmentation,
-    summary,
-)
+from fpnet_lab.evaluation.submap_segmentation import score_segmentation, summary
 from fpnet_lab.sim.drawn.distort import DrawnPlan
 from fpnet_lab.sim.plans.wards import wards
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom

@@ -18,18 +18,8 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.evaluation import drawings_real
-from fpnet_lab.evaluation.drawings import (
-    SheetResult,
-    kind_figures,
-    read_sheet,
-    scale_figures,
-)
-from fpnet_lab.evaluation.real_drawings import (
-    SPLITS,
-    bench_drawing,
-    find_drawing,
-    read_truth,
-)
+from fpnet_lab.evaluation.drawings import SheetResult, kind_figures, read_sheet, scale_figures
+from fpnet_lab.evaluation.real_drawings import SPLITS, bench_drawing, find_drawing, read_truth
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.sheets import draw_sheet
 

@@ -47,13 +47,10 @@ def test_what_decides_is_found_in_the_direction_that_decides(vary):
 @pytest.mark.parametrize(
     ('value', 'by', 'expected'),
     [
-        (3, 1.2, 4),
-        (1, 0.8, 0),
-        (0, 0.8, 0),
-        (2.0, 4.0, 8.0),
+        (3, 1.2, 4), (1, 0.8, 0), (0, 0.8, 0), (2.0, 4.0, 8.0),
         ((1, 'a', True), 4.0, (4, 'a', True)),
     ],
-)
+)  # fmt: skip
 def test_whole_numbers_move_by_one_at_least(vary, value, by, expected):
     assert vary.scaled(value, by) == expected
 

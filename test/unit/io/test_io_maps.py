@@ -15,13 +15,9 @@ from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 FIELDS = {
-    'image': 'map.png',
-    'resolution': 0.1,
-    'origin': [-1.5, 2.5, 0.4],
-    'negate': 0,
-    'occupied_thresh': 0.65,
-    'free_thresh': 0.196,
-}
+    'image': 'map.png', 'resolution': 0.1, 'origin': [-1.5, 2.5, 0.4], 'negate': 0,
+    'occupied_thresh': 0.65, 'free_thresh': 0.196,
+}  # fmt: skip
 
 
 @pytest.fixture

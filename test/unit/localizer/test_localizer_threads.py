@@ -76,11 +76,7 @@ def test_scans_are_added_and_poses_asked_for_in_the_meantime(stopped):
 
 @pytest.mark.parametrize(
     'overtake',
-    [
-        lambda localizer: localizer.set_plan(plan_grid()),
-        Localizer.reset,
-        Localizer.relocalize,
-    ],
+    [lambda localizer: localizer.set_plan(plan_grid()), Localizer.reset, Localizer.relocalize],
 )
 def test_a_tick_that_was_overtaken_claims_nothing(stopped, overtake):
     localizer, matcher, update = stopped

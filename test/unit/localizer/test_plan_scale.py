@@ -60,10 +60,7 @@ def test_claims_that_agree_lock_the_stretch_whatever_the_heading():
 
 @pytest.mark.parametrize(
     ('stretches', 'walls'),
-    [
-        ([(1.0 + 0.04 * (k % 2)) * np.eye(2) for k in range(9)], WIDE),
-        ([STRETCH] * 9, SLIVER),
-    ],
+    [([(1.0 + 0.04 * (k % 2)) * np.eye(2) for k in range(9)], WIDE), ([STRETCH] * 9, SLIVER)],
 )
 def test_claims_that_differ_or_see_little_lock_nothing(stretches, walls):
     history = ScaleHistory.begun('approximate', CONFIG)

@@ -114,12 +114,8 @@ def test_a_tie_is_never_claimed_and_its_halves_are_equal():
 
 def test_a_claim_ends_when_its_evidence_does():
     assert feed(Following(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
-        Status.AMBIGUOUS,
-        Status.AMBIGUOUS,
-        Status.LOCALIZED,
-        Status.LOST,
-        Status.LOST,
-    ]
+        Status.AMBIGUOUS, Status.AMBIGUOUS, Status.LOCALIZED, Status.LOST, Status.LOST,
+    ]  # fmt: skip
 
 
 def test_a_claim_is_kept_on_easier_terms_than_it_is_made():

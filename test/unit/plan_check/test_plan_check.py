@@ -7,11 +7,7 @@ from planted import plan_grid
 import pytest
 
 from fpnet.plan_check import check as plan_check
-from fpnet.plan_check.check import (
-    TourResult,
-    check_plan,
-    room_note,
-)
+from fpnet.plan_check.check import TourResult, check_plan, room_note
 from fpnet.plan_check.self_similarity import SelfSimilarity, self_similarity
 from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import load_config
@@ -192,10 +188,7 @@ def test_doubts_of_the_reader_are_reasons_and_nothing_else_is_said(monkeypatch):
 
 @pytest.mark.parametrize(
     ('rooms', 'doors', 'word'),
-    [
-        ((CORRIDOR, *EQUAL), (), 'rooms and no door'),
-        (((0, 0, 30, 18),), (), ''),
-    ],
+    [((CORRIDOR, *EQUAL), (), 'rooms and no door'), (((0, 0, 30, 18),), (), '')],
 )
 def test_what_no_building_is_like_is_refused(rooms, doors, word):
     segmentation = segment_floorplan(storey(rooms, doors), CONFIG.segmentation)

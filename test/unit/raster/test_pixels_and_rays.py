@@ -8,20 +8,8 @@ import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.blocks import block_middles
-from fpnet_core.raster.pixels import (
-    corners_xy,
-    cut_from,
-    map_points,
-    shrinking,
-    xy_to_rc,
-)
-from fpnet_core.raster.rays import (
-    cells_at,
-    draw_line,
-    marked,
-    nearest_cell,
-    run_lengths,
-)
+from fpnet_core.raster.pixels import corners_xy, cut_from, map_points, shrinking, xy_to_rc
+from fpnet_core.raster.rays import cells_at, draw_line, marked, nearest_cell, run_lengths
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 

@@ -9,15 +9,7 @@ from scipy.spatial.distance import cdist
 
 from fpnet_core.raster.blocks import block_any, block_means, block_middles, thinned, unblocked
 from fpnet_core.raster.distance import cells_to_nearest, near_code, nearest_labels
-from fpnet_core.raster.morphology import (
-    closed,
-    cross,
-    grown,
-    opened,
-    shrunk,
-    spread,
-    square,
-)
+from fpnet_core.raster.morphology import closed, cross, grown, opened, shrunk, spread, square
 from fpnet_core.raster.pieces import (
     label_figures,
     label_windows,
@@ -27,10 +19,7 @@ from fpnet_core.raster.pieces import (
     reached_from_edge,
     shared_cells,
 )
-from fpnet_core.raster.windows import (
-    cropped,
-    first_of_each,
-)
+from fpnet_core.raster.windows import cropped, first_of_each
 
 
 def blocks_of(values, side, beyond):

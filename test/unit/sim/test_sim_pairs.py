@@ -207,12 +207,7 @@ def test_doors_need_the_place_and_the_direction(drawn):
     crossed = [[8.45, 4.0], [8.45, 5.0]]
     far = [[14.0, 9.0], [15.0, 9.0]]
     sub = _segmentation([ROOMS[0]], [near, crossed, far], T_SUB)
-    assert label_regions(drawn, sub, A_PLAN_SUBMAP).labels.tolist() == [
-        0,
-        3,
-        IGNORE,
-        UNMATCHED,
-    ]
+    assert label_regions(drawn, sub, A_PLAN_SUBMAP).labels.tolist() == [0, 3, IGNORE, UNMATCHED]
 
 
 def test_two_doors_never_share_a_partner(drawn):
@@ -228,10 +223,7 @@ def test_relations_tell_whole_partial_split_merged_and_foreign_rooms(drawn):
     assert _relations(drawn, [ROOMS[0]]) == [Relation.MATCHED]
     assert _relations(drawn, [(0, 0, 3, 4)]) == [Relation.MATCHED | Relation.PARTIAL]
     split = Relation.PARTIAL | Relation.SPLIT
-    assert _relations(drawn, [(0, 0, 3.5, 4), (4, 0, 10, 4)]) == [
-        split,
-        split | Relation.MATCHED,
-    ]
+    assert _relations(drawn, [(0, 0, 3.5, 4), (4, 0, 10, 4)]) == [split, split | Relation.MATCHED]
     assert _relations(drawn, [(0, 5, 12, 11)]) == [Relation.MATCHED | Relation.MERGED]
     assert _relations(drawn, [(14, 6, 19, 11)]) == [0]
 

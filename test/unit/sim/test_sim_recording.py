@@ -15,10 +15,7 @@ from fpnet_core.io.recordings import open_scans
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.sim.buildings.building import extrude
 from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES, BuildingStyle
-from fpnet_lab.sim.buildings.furnishing import (
-    DOOR_CLEARANCE_M,
-    furnish,
-)
+from fpnet_lab.sim.buildings.furnishing import DOOR_CLEARANCE_M, furnish
 from fpnet_lab.sim.buildings.meshes import merge_meshes
 from fpnet_lab.sim.buildings.openings import walkable_area
 from fpnet_lab.sim.drives.driving import WALK
@@ -295,14 +292,11 @@ def angles_deg(points):
 @pytest.mark.parametrize(
     ('name', 'lowest', 'highest', 'widest'),
     [
-        ('beams16', -15.0, 15.0, 180.0),
-        ('beams32', -22.5, 22.5, 180.0),
-        ('beams64', -45.0, 45.0, 180.0),
-        ('dome', -7.0, 52.0, 180.0),
-        ('rosette', -35.0, 35.0, 35.0),
-        ('planar', 0.0, 0.0, 180.0),
+        ('beams16', -15.0, 15.0, 180.0), ('beams32', -22.5, 22.5, 180.0),
+        ('beams64', -45.0, 45.0, 180.0), ('dome', -7.0, 52.0, 180.0),
+        ('rosette', -35.0, 35.0, 35.0), ('planar', 0.0, 0.0, 180.0),
     ],
-)
+)  # fmt: skip
 def test_rays_fill_the_field_of_view(name, lowest, highest, widest):
     rays = SENSORS[name].directions(0.0, np.random.default_rng(0))
     assert rays.shape == (SENSORS[name].columns, SENSORS[name].beams, 3)

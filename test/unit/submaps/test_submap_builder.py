@@ -197,8 +197,7 @@ def test_bad_points_are_refused_and_change_nothing(points):
 
 
 @pytest.mark.parametrize(
-    'pose',
-    [np.eye(3), np.eye(4) * 2.0, np.diag([1.0, 1.0, -1.0, 1.0]), np.full((4, 4), np.nan)],
+    'pose', [np.eye(3), np.eye(4) * 2.0, np.diag([1.0, 1.0, -1.0, 1.0]), np.full((4, 4), np.nan)]
 )
 def test_bad_poses_are_refused(pose):
     with pytest.raises(OdometryError):

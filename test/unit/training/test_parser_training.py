@@ -20,11 +20,7 @@ from fpnet_lab.training.parser_network import (
     settle,
     unweighted,
 )
-from fpnet_lab.training.parser_samples import (
-    FIRST_SEED,
-    samples,
-    sheet_sample,
-)
+from fpnet_lab.training.parser_samples import FIRST_SEED, samples, sheet_sample
 from fpnet_lab.training.parser_views import two_views
 
 SIDE = 128

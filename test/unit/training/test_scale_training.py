@@ -12,16 +12,8 @@ from fpnet_core.io.weights import read_weights
 from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
 from fpnet_core.segmentation.scale_model import SCALE_SCHEMA, model_of, quantiles
 from fpnet_lab.metrics.intervals import interval_figures
-from fpnet_lab.training.scale import (
-    ScaleTraining,
-    fit_scale,
-    write_scale,
-)
-from fpnet_lab.training.scale_samples import (
-    ScaleAmounts,
-    ScaleSamples,
-    scale_tasks,
-)
+from fpnet_lab.training.scale import ScaleTraining, fit_scale, write_scale
+from fpnet_lab.training.scale_samples import ScaleAmounts, ScaleSamples, scale_tasks
 
 # All made-up buildings are alike: the more some weigh, the fewer there are to learn from.
 QUICK = ScaleTraining(members=2, epochs=30, noise=0.05, tail_share=(0.0, 0.0), real_weight=16.0)

@@ -10,11 +10,7 @@ from fpnet_core.errors import WeightsError
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.scoring import CONTEXT, FIGURES, Evidence, PlacementScorer, read_scorer
 from fpnet_lab.training.scorer import ScorerTraining, fit_scorer, stack_trials, write_scorer
-from fpnet_lab.training.scorer_figures import (
-    held_back_figures,
-    mean_log_probability,
-    reliability,
-)
+from fpnet_lab.training.scorer_figures import held_back_figures, mean_log_probability, reliability
 from fpnet_lab.training.scorer_trials import Trial, right_placements
 
 SUPPORT = FIGURES.index('support')

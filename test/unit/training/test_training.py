@@ -24,21 +24,12 @@ from fpnet_core.models.sinkhorn import log_assignment
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.baselines import NearestNeighborMatcher
 from fpnet_lab.metrics import MatchCounts, count_matches
-from fpnet_lab.training import (
-    Hooks,
-    PairArrays,
-    Trainer,
-    parse_training_config,
-    split_by_plan,
-)
+from fpnet_lab.training import Hooks, PairArrays, Trainer, parse_training_config, split_by_plan
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.config import AugmentationConfig, LossConfig
 from fpnet_lab.training.data import augment
 from fpnet_lab.training.loop import make_fabric
-from fpnet_lab.training.losses import (
-    match_loss,
-    matching_loss,
-)
+from fpnet_lab.training.losses import match_loss, matching_loss
 from fpnet_lab.training.optimizer import Muon
 
 NO_CHANGE = AugmentationConfig(
@@ -49,13 +40,9 @@ NO_CHANGE = AugmentationConfig(
     drop_probability=0.0,
 )
 QUICK = {
-    'epochs': 3,
-    'batch_size': 8,
-    'network.kind': 'paper',
-    'network.width': 8,
-    'network.blocks': 1,
-    'network.position_widths': [6],
-}
+    'epochs': 3, 'batch_size': 8, 'network.kind': 'paper', 'network.width': 8,
+    'network.blocks': 1, 'network.position_widths': [6],
+}  # fmt: skip
 
 
 def arrays(plan, sub, labels, plan_id=0):

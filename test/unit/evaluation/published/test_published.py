@@ -99,13 +99,8 @@ def test_figures_of_robots_maps():
     assert table[2] == ['all', 'whole', '50 %', '50 %', '1 of 2', '2 of 4']
     assert table[6][:4] == ['without the three distorted drawings', 'whole', '100 %', '100 %']
     assert rows(figures['robot.buildings'])[3] == [
-        '`b`',
-        '1',
-        '0, 0 %',
-        '0, 0 %',
-        '0, 0 %',
-        '4 of 4',
-    ]
+        '`b`', '1', '0, 0 %', '0, 0 %', '0, 0 %', '4 of 4',
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(('name', 'content'), [('drawings', {'half': 'tune'}), ('nothing', {})])

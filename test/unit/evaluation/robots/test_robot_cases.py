@@ -176,16 +176,11 @@ def outcomes():
 
 def test_shares_are_of_all_pairs_and_of_all_foreign_pairs(outcomes):
     assert robot_figures(outcomes)['bands']['20-35'] == {
-        'right': 2 / 5,
-        'claimed_right': 1 / 5,
-        'wrong_and_claimed': 2 / 5,
-        'foreign_claimed': 3 / 9,
-        'foreign_random_claimed': 2 / 7,
-        'foreign_same_architect_claimed': 1 / 2,
-        'pairs': 5,
-        'foreign_pairs': 9,
+        'right': 2 / 5, 'claimed_right': 1 / 5, 'wrong_and_claimed': 2 / 5,
+        'foreign_claimed': 3 / 9, 'foreign_random_claimed': 2 / 7,
+        'foreign_same_architect_claimed': 1 / 2, 'pairs': 5, 'foreign_pairs': 9,
         'foreign_same_architect_pairs': 2,
-    }
+    }  # fmt: skip
 
 
 def test_distorted_drawings_are_left_out_of_one_summary_only(outcomes):
