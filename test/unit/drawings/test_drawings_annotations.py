@@ -9,6 +9,7 @@ from plan_files import write_pdf
 import pytest
 
 from fpnet_core.drawings.annotations import annotated_scale
+from fpnet_core.drawings.lengths import lengths
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.types import Drawing, Label, ScaleSource, Strokes
 
@@ -147,3 +148,31 @@ def test_on_a_page_of_a_pdf(tmp_path):
     pixels_per_point = math.sqrt(np.linalg.det(drawing.A_pixel_image[:, :2]))
     true_m = 50.0 * 0.0254 / 72.0 / pixels_per_point
     assert scale.resolution_m == pytest.approx(true_m, rel=0.004)
+
+
+def test_dimensions_that_do_not_fit_their_lines_say_nothing():
+    assert annotated_scale(drawn(*chain(['6.25', '5.10', '2.90', '7.77']))) is None
+
+
+def test_numbers_of_rooms_are_no_dimensions():
+    rng = np.random.default_rng(5)
+    lines, labels = [], []
+    for k in range(40):
+        x, y = rng.uniform(100, 1900, 2)
+        w, h = rng.uniform(80, 300, 2)
+        a, b, c, d = (x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h)
+        lines += [(a, b), (b, c), (c, d), (d, a)]
+        labels += [label(f'{k // 10 + 1}.{k:03d}', x, y), label(f'{w * h / 999:.1f}', x, y + 15)]
+    assert annotated_scale(drawn(lines, labels)) is None
+
+
+def test_rows_of_numbers_are_no_scale_bars():
+    assert annotated_scale(drawn(*bar(updates=False))) is None
+    assert annotated_scale(drawn(*bar(('0', '5', '10')))) is None  # of what?
+    lines, labels = bar(('0', '5', '10 m'), (0, 3, 10))
+    assert annotated_scale(drawn(lines, labels)) is None
+
+
+@pytest.mark.parametrize('text', ['14.0 m2', '1:100', '15.07.2016', 'Office', 'A-3', '', '12 kg'])
+def test_what_is_no_length(text):
+    assert list(lengths(text)) == []

@@ -82,3 +82,31 @@ def test_a_jpeg_is_decoded_at_a_fraction_of_its_size(jpeg_of):
     assert max(drawing.pixels.shape) == pytest.approx(4140, abs=2)
     with pytest.raises(MapFormatError, match='expected at most 500 million'):
         open_image(jpeg_of(40_000, 20_000))
+
+
+GREY = np.kron(np.random.default_rng(8).integers(0, 256, (40, 60), np.uint8), np.ones((2, 2)))
+
+
+@pytest.fixture
+def few(monkeypatch):
+    monkeypatch.setattr(images, 'WORK_PIXELS', 40 * 60)
+    monkeypatch.setattr(images, '_STRIP_ROWS', 7)
+
+
+@pytest.mark.parametrize('code', [1, 3, 6, 8])
+def test_a_reduced_photograph_is_upright_as_well(few, tmp_path, code):
+    image = Image.fromarray(GREY.astype(np.uint8))
+    exif = image.getexif()
+    exif[0x0112] = code
+    image.save(tmp_path / 'a.png', exif=exif)
+    drawing = open_image(tmp_path / 'a.png')
+    assert drawing.size == ((120, 80) if code < 5 else (80, 120))
+    for x, y in ((0, 0), (118, 0), (40, 70)):
+        u, v = (drawing.A_pixel_image @ (x, y, 1) / 2).astype(int)
+        assert drawing.pixels[v, u, 0] == GREY[y, x]
+
+
+def test_a_part_is_read_with_all_its_pixels(few, tmp_path):
+    Image.fromarray(GREY.astype(np.uint8)).save(tmp_path / 'a.png')
+    assert not open_image(tmp_path / 'a.png', crop=(10, 10, 50, 50)).is_reduced
+    assert open_image(tmp_path / 'a.png', crop=(0, 0, 120, 70)).is_reduced

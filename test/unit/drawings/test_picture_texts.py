@@ -208,3 +208,13 @@ def test_names_on_a_picture_are_those_of_its_rooms():
     one, two = printed_of_rooms(ocr.read_labels(np.array(image)), rooms)
     assert (one.name, one.number, one.area_m2) == ('Office', '2.14', 13.2)
     assert (two.name, two.number, two.area_m2) == ('Kitchen', '2.15', None)
+
+
+def test_arrows_on_a_picture_are_measured():
+    pixels, labels = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
+    scale = annotated_scale(Drawing(pixels, 'a.png', 'png', labels=labels))
+    assert scale.source is ScaleSource.DIMENSIONS
+    assert scale.resolution_m == pytest.approx(PIXEL_M, rel=0.006)
+    assert scale.low_m < PIXEL_M < scale.high_m
+    wrong = picture(['3.5 m', '4.9 m', '1.7 m', '9.2 m'])
+    assert annotated_scale(Drawing(wrong[0], 'a.png', 'png', labels=wrong[1])) is None

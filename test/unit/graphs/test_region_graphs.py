@@ -131,3 +131,17 @@ def test_features_ignore_translation_and_turn_positions_with_the_frame():
     assert after[:, HU] == pytest.approx(before[:, HU], abs=1e-2)
     assert after[:, AREA] == pytest.approx(before[:, AREA], abs=1e-5)
     assert after[:, FOURIER] == pytest.approx(before[:, FOURIER], abs=0.25)
+
+
+def test_shape_descriptors_tell_shapes_and_mirror_images_apart():
+    assert np.abs(hu_moments(L_SHAPE) - hu_moments(RECTANGLE)).max() > 0.2
+    assert np.abs(fourier_descriptors(L_SHAPE) - fourier_descriptors(RECTANGLE)).max() > 0.2
+    mirrored = (L_SHAPE * [-1, 1])[::-1]
+    assert hu_moments(mirrored)[6] == pytest.approx(-hu_moments(L_SHAPE)[6], abs=1e-6)
+
+
+def test_fourier_descriptors_of_a_circle_and_a_point():
+    angle = np.linspace(0, 2 * np.pi, 512, endpoint=False)
+    circle = np.stack([3 + 2 * np.cos(angle), 1 + 2 * np.sin(angle)], axis=1)
+    assert fourier_descriptors(circle) == pytest.approx(np.zeros(15), abs=0.01)
+    assert fourier_descriptors(np.ones((4, 2))).tolist() == [0.0] * 15

@@ -96,3 +96,17 @@ def test_nothing_is_said_where_there_is_no_way(plan):
     far = SE2.from_xy_yaw(500.0, 0.0, 0.0).as_matrix4()
     assert next_look(plan, nowhere, robot()) is None
     assert next_look(plan, seen, far) is None
+
+
+def test_a_mirrored_plan_is_to_be_flipped_first(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    assert next_look(plan, replace(seen, is_mirrored=True), robot()) is None
+
+
+def test_where_it_has_been_it_is_not_sent_again(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    first = next_look(plan, seen, robot())
+    been = replace(seen, submap=replace(seen.submap, path_xy=first.way_odom))
+    again = next_look(plan, been, robot())
+    away = np.linalg.norm(first.way_odom[-1] - again.way_odom[-1])
+    assert away > 1.0

@@ -144,3 +144,16 @@ def test_walls_where_nothing_stood_speak_for_another_place():
         following.update(submap(walls()), claim())
         estimate, _ = following.update(submap(newest), claim())
         assert estimate.status is expected
+
+
+def test_a_doubt_is_given_up_only_for_a_good_reason():
+    """What does not suffice for a doubt does not end one either."""
+    unsure = np.concatenate([partly(0.55), in_free_space()[::4]])
+    for first, expected in ((walls(), Status.LOCALIZED), (partly(0.2), Status.LOST)):
+        following = Following()
+        following.update(submap(walls()), claim())
+        following.update(submap(first), claim())
+        estimate, _ = following.update(submap(unsure), claim())
+        assert estimate.status is expected
+    estimate, _ = following.update(submap(walls()), claim())
+    assert estimate.status is Status.LOCALIZED

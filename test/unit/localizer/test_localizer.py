@@ -339,3 +339,13 @@ class TestSavedState:
     def test_there_is_nothing_to_save_before_the_first_scan(self, tmp_path):
         with pytest.raises(StateError, match='no scan'):
             new_localizer().save_state(tmp_path / 'state.npz')
+
+
+def test_odometry_that_jumps_to_and_fro_is_told_once(caplog):
+    localizer = new_localizer()
+    points, T_odom_sensor, _ = recorded()[0]
+    far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
+    for index in range(8):
+        pose = far @ T_odom_sensor if index % 2 else T_odom_sensor
+        localizer.add_scan(points, pose, index * SCAN_NS)
+    assert sum('starting a new submap' in record.message for record in caplog.records) == 1

@@ -14,6 +14,7 @@ import pytest
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.matches import MatchResult
 from fpnet_core.types import Status
 
@@ -166,3 +167,11 @@ def test_scans_ticks_and_looks_from_three_threads_end_as_one_after_the_other():
     plans = [id(look.plan.given) for look in looks]
     assert len(set(plans)) <= 2
     assert plans == sorted(plans, key=plans.index), 'an old plan never comes back'
+
+
+def test_a_tick_that_a_word_has_overtaken_changes_nothing(stopped):
+    localizer, matcher, update = stopped
+    said = localizer.output
+    localizer.suggest(PoseHint(SE2.identity(), SE2.identity()))
+    assert localizer.output is said, 'the claim stands until the word is weighed'
+    assert finish(matcher, update) is said

@@ -133,3 +133,26 @@ def test_drawn_and_working_plan_have_the_same_rooms_and_doors():
     for region, same in zip(drawn.regions, working.regions, strict=True):
         assert region.label is same.label
         assert region.centroid * factor == pytest.approx(same.centroid)
+
+
+def test_a_lost_claim_takes_the_lock_with_it():
+    history = ScaleHistory.begun('approximate', CONFIG)
+    for _ in range(5):
+        history = history.followed(placement(STRETCH), WIDE)
+    history = history.forgotten()
+    assert history.estimate is None
+    assert len(history.search) > 1
+
+
+def test_a_stated_scale_is_doubted_at_the_odds_of_its_being_so_wrong():
+    search = ScaleHistory.begun('approximate', CONFIG).search
+    farther = ScaleHistory.begun(
+        'approximate', CONFIG.model_copy(update={'scale_tolerance': 0.2})
+    ).search
+    assert search.bounds[1] < search.wide_scales.bounds[1] < 1.4
+    assert -6.0 < farther.log_odds < search.log_odds < -2.0
+    assert search.as_stated.wide_scales is None
+    for settings in ('trusted', CONFIG), ('unknown', CONFIG):
+        assert ScaleHistory.begun(*settings).search.wide_scales is None
+    told = CONFIG.model_copy(update={'scale_tolerance': 0.4})
+    assert ScaleHistory.begun('approximate', told).search.wide_scales is None

@@ -3,7 +3,7 @@
 """Has the odometry measured the motion between two scans, or has it broken?"""
 
 import numpy as np
-from planted_drive import drive, recorded, scan
+from planted_drive import SCAN_NS, drive, recorded, scan
 import pytest
 
 from fpnet_core.config import LocalizerConfig
@@ -99,3 +99,21 @@ def test_people_who_hide_half_of_the_walls_break_nothing():
     crowd = points.copy()
     crowd[: len(points) // 2] *= 0.3
     assert following.take(crowd, T_odom_sensor, stamp_ns) is None
+
+
+def test_seconds_without_a_scan_break_nothing_where_the_odometry_went_on():
+    scans = recorded()
+    following = Following(scans[:AT])
+    points, T_odom_sensor, _ = scans[AT + 8]
+    assert following.take(points, T_odom_sensor, scans[AT - 1][2] + 5 * 10**9) is None
+
+
+def test_a_scanner_that_sees_nothing_leaves_it_to_the_motion():
+    following = Following(recorded()[:AT])
+    nothing = np.zeros((0, 3), np.float32)
+    for k in range(3):
+        points, T_odom_sensor, stamp_ns = moved(0.1 * k, 0.0, 0.0, points=nothing)
+        assert following.take(points, T_odom_sensor, stamp_ns + k * SCAN_NS) is None
+    points, T_odom_sensor, stamp_ns = moved(20.0, 0.0, 0.0, points=nothing)
+    broken = following.take(points, T_odom_sensor, stamp_ns + 3 * SCAN_NS)
+    assert 'jumped by 19.8' in broken.reason

@@ -220,3 +220,15 @@ def test_a_storey_without_rooms_is_named():
         new(TRUE, StoreyPlan('blank', blank))
     with pytest.raises(MapFormatError, match='at least one'):
         new()
+
+
+def test_a_robot_that_leaves_begins_anew_where_it_may_be():
+    localizer = new(TRUE, OTHER)
+    run(localizer)
+    localizer.leave_storey({'true': 0.5, 'other': 0.5}, 'it took the lift')
+    output = localizer.output
+    assert output.status is Status.WAITING
+    assert output.reason == 'new submap: it took the lift'
+    again = run(localizer)
+    assert {o.storey for o in again if o.status is Status.LOCALIZED} == {'true'}
+    assert again[0].submap.free_area_m2 < 0.5 * again[-1].submap.free_area_m2

@@ -201,3 +201,11 @@ def test_a_mirror_image_that_fits_as_well_is_named():
     looked = beliefs(*[verdict(1e5)] * 5, mirrored=verdict(1.8e7))
     assert looked[-1].reason.endswith("the floorplan's mirror image fits equally well")
     assert looked[-1].status is Status.AMBIGUOUS
+
+
+def test_nothing_found_is_searching():
+    assert feed(Following(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
+
+
+def test_rivals_that_are_all_poor_are_none_of_these():
+    assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2

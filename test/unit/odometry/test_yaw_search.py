@@ -10,6 +10,7 @@ import pytest
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry.gyro_track import GyroTrack
 from fpnet_core.odometry.kiss import KissOdometry
+from fpnet_core.odometry.yaw_search import Guess, YawSearch
 from fpnet_lab.sim.drives.driving import WALK
 from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.drives.tours import TourLimits
@@ -86,3 +87,18 @@ def test_walls_deny_a_gyroscope_that_is_wrong(walk, factor, caplog):
     ], 'said once'
     assert metres.max() < 0.5
     assert np.median(degrees) < 1.5
+
+
+def corner(count=400):
+    """Return points ``(2 count, 3)`` on two walls that meet [m]."""
+    along = np.linspace(-4.0, 4.0, count)
+    walls = [np.full(count, 3.0), along], [along, np.full(count, -2.0)]
+    return np.vstack([np.column_stack([x, y, np.zeros(count)]) for x, y in walls])
+
+
+def test_without_walls_the_guess_stays():
+    search = YawSearch()
+    guess, by_gyro = (Guess.moved(np.eye(4), np.eye(4)) for _ in range(2))
+    assert search.best(guess, by_gyro, corner(), np.zeros(0), 0.0) == (guess, False)
+    search.note(corner() + np.array([100.0, 0.0, 0.0]))
+    assert search.best(guess, by_gyro, corner(), np.zeros(0), 0.0) == (guess, False)

@@ -269,3 +269,28 @@ def test_random_noise_neither_fails_nor_invents_rooms():
     segmentation = segment_floorplan(GridMap(cells, 0.05), CONFIG)
     assert segmentation.regions == ()
     assert 'no room' in segmentation.reason
+
+
+@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
+@pytest.mark.parametrize('scale', [1.0, 1.4])
+def test_an_arrow_through_a_doorway_is_no_piece_of_wall(angle_deg, scale):
+    """Not in a drawing either that is taken for two fifths larger."""
+    rooms = [(0.0, 0.0, 9.0, 3.0), (0.0, 3.2, 4.4, 7.0), (4.6, 3.2, 9.0, 7.0)]
+    doorways = [(x, 2.9, x + 1.0, 3.3) for x in (1.5, 6.5)]
+    arrows = [rectangle(x + 0.45, 2.4, x + 0.55, 3.9) for x in (1.5, 6.5)]
+    T_grid_plan = SE2.from_xy_yaw(8.0, 4.0, np.deg2rad(angle_deg))
+    free = [rectangle(*box) for box in rooms + doorways]
+    grid = GridMap(draw(T_grid_plan, free, arrows), RESOLUTION_M)
+    segmentation = segment_floorplan(grid, CONFIG, scale)
+    widths = [portal.width_m for portal in segmentation.portals]
+    assert widths == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+def test_what_lies_between_the_building_and_a_frame_around_it_is_no_room():
+    grid, _ = office(paper=True)
+    framed = grid.cells.copy()
+    framed[[3, -4], 3:-3] = OCCUPIED
+    framed[3:-3, [3, -4]] = OCCUPIED
+    found = segment_floorplan(replace(grid, cells=framed), CONFIG)
+    assert len(found.portals) == len(DOORS)
+    assert len(found.regions) == len(segment_floorplan(grid, CONFIG).regions)

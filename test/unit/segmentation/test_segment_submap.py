@@ -150,3 +150,13 @@ def test_a_small_free_patch_is_no_room():
     segmentation = segment_submap(submap_from_grid(GridMap(cells, 0.05)))
     assert segmentation.regions == ()
     assert segmentation.reason
+
+
+def test_where_noise_or_drift_spreads_returns_of_one_face_the_room_ends_in_their_middle():
+    drawn = two_rooms()
+    cells = drawn.grid.cells.copy()
+    # The wall between both rooms has two faces, and no unseen space behind either.
+    cells[6:10, 8:232] = cells[90:94, 8:232] = OCCUPIED
+    grid = replace(drawn.grid, cells=cells)
+    rooms = segment_submap(Submap(grid, drawn.lintel, np.zeros((1, 2)))).rooms
+    assert rooms[0].area_m2 == pytest.approx(122 * 84 * 0.05**2, rel=0.005)

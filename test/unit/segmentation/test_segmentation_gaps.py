@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.segmentation.gaps import find_gaps
+from fpnet_core.segmentation import gaps, segment_floorplan
+from fpnet_core.segmentation.gaps import find_gaps, openings_across
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 CONFIG = SegmentationConfig()
@@ -92,3 +92,19 @@ def test_a_gap_is_square_to_the_corridor_that_a_bent_wall_opens_to(angle_deg):
 def test_corridor_corner_is_no_gap(angle_deg):
     free = drawing([(0.0, 2.0, 10.0, 9.0)], angle_deg)
     assert find_gaps(free, ~free, CELL_M) == []
+
+
+def test_an_opening_wider_than_any_gap_joins(monkeypatch):
+    monkeypatch.setattr(gaps, 'GAP_WIDTH_M', 2.0)
+    free = drawing(WIDE, 21.7)
+    assert find_gaps(free, ~free, CELL_M) == []
+
+
+def test_gap_onto_a_partition_is_two_openings():
+    labels = np.ones((60, 100), dtype=np.int32)
+    labels[30:, :50], labels[30:, 50:] = 2, 3
+    gap = np.array([[30.0, 20.0], [30.0, 80.0]])
+    openings = openings_across([gap], labels, CELL_M)
+    assert sorted(opening.rooms for opening in openings) == [(1, 2), (1, 3)]
+    assert [opening.clearance_m for opening in openings] == pytest.approx([0.75, 0.75], abs=0.05)
+    assert openings_across([gap], np.ones_like(labels), CELL_M) == []

@@ -142,3 +142,10 @@ def test_chairs_in_a_doorway_may_go_and_walls_stay(seed):
     assert (erased >= furnished).all()
     assert not (erased & ~furnished & ~bare).any()
     assert (erased != furnished).sum() < 1e-3 * bare.sum()
+
+
+def test_an_arc_before_a_closed_wall_stays():
+    cells = two_rooms(0.0, leaf_and_arc())
+    cells[:, 117:122] = OCCUPIED
+    free = cells == FREE
+    np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)

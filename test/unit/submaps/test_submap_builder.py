@@ -251,3 +251,9 @@ def test_saved_arrays_of_another_shape_are_refused(name, bad):
     SubmapBuilder.restored(SubmapConfig(), arrays)
     with pytest.raises(ValueError, match=name.removesuffix('_m')):
         SubmapBuilder.restored(SubmapConfig(), {**arrays, name: bad})
+
+
+def test_empty_scan_is_accepted():
+    builder = SubmapBuilder(SubmapConfig())
+    builder.add_scan(np.zeros((0, 3)), np.eye(4), 0)
+    assert builder.take() is None

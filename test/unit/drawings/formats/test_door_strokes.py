@@ -56,3 +56,22 @@ def test_rooms_that_are_outlines_are_joined_by_the_doors_of_a_dxf(tmp_path):
     assert len(reading.segmentation.rooms) == 4
     joined = {frozenset(portal.rooms) for portal in reading.segmentation.portals}
     assert len(joined) == 3
+
+
+def placed(points, turn=0.0, per_m=1.0):
+    c, s = np.cos(turn), np.sin(turn)
+    return per_m * np.asarray(points, float) @ np.array([[c, s], [-s, c]])
+
+
+def found(*lines, turn=0.0, per_m=1.0, unit_m=None):
+    doors = pieces(*(placed(line, turn, per_m) for line in lines))
+    walls = pieces(*(placed(box(*room), turn, per_m) for room in ROOMS))
+    return find_door_strokes(doors, walls, 1.0 / per_m if unit_m is None else unit_m)
+
+
+def test_leaves_frames_and_what_is_far_too_long_are_not():
+    leaf = [(5.0, 2.0), (4.1, 2.0)]  # into the room
+    frame = box(5.0, 1.0, 5.2, 1.05)
+    assert not len(found(leaf, frame, [(5.1, 0.1), (5.1, 3.9)]).depth)
+    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(), 1.0).depth)
+    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(box(*ROOMS[0])), None).depth)

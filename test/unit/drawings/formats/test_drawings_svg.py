@@ -267,3 +267,13 @@ def test_a_billion_pixels_are_none(tmp_path):
     text = bare('<path d="M0 0h1000000000v1000000000" stroke="black"/>')
     (tmp_path / 'a.svg').write_text(text.replace('"100"', '"1000000000"'))
     assert max(open_drawing(tmp_path / 'a.svg').pixels.shape) < 4000
+
+
+@pytest.mark.parametrize('ground', ['', '<rect width="100" height="100" fill="#10202c"/>'])
+def test_light_lines_without_a_ground_are_drawn_to_lie_on_a_dark_one(tmp_path, ground):
+    lines = '<path d="M10 10H90V90H10Z M50 10V60" fill="none" stroke="white" stroke-width="3"/>'
+    (tmp_path / 'a.svg').write_text(bare(ground + lines))
+    pixels = open_drawing(tmp_path / 'a.svg').pixels
+    dark, light = (pixels.max(axis=2) < 60).mean(), (pixels.min(axis=2) > 200).mean()
+    assert min(dark, light) > 0.02
+    assert (dark > 0.5) == bool(ground)

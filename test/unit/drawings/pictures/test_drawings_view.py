@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fpnet_core.drawings.pictures.view import view_of
-from fpnet_core.raster.pixels import map_points
+from fpnet_core.drawings.pictures.view import on_paper, view_of
+from fpnet_core.raster.pixels import cut_from, map_points
 
 SIZE = (1200, 900)
 CORNERS = np.array([[0.0, 0.0], [1200.0, 0.0], [1200.0, 900.0], [0.0, 900.0]])
@@ -71,3 +71,25 @@ def test_a_building_that_is_no_rectangle_is_no_sheet():
     picture[(walls > 0) & (within > 0)] = 20
     cv2.polylines(picture, [outline], True, (20, 20, 20), 6)
     assert not view_of(picture).is_straightened
+
+
+def test_a_picture_that_was_cut_at_its_walls_is_given_paper():
+    sheet = drawn_by_hand(np.random.default_rng(3))
+    whole, H = on_paper(sheet, np.eye(3))
+    assert whole.shape == sheet.shape
+    np.testing.assert_array_equal(H, np.eye(3))
+    part, H = on_paper(sheet[138:764, 140:1062], cut_from(140, 138))
+    by = round(0.06 * 922)
+    assert part.shape == (626 + 2 * by, 922 + 2 * by, 3)
+    left, top = (140 - by, 138 - by)
+    np.testing.assert_array_equal(map_points(H, np.array([[left, top]])), [[0.0, 0.0]])
+    np.testing.assert_array_equal(part[by:-by, by:-by], sheet[138:764, 140:1062])
+    assert (part[:by] == 250).all()
+    assert (part[:, -by:] == 250).all()
+
+
+def test_a_sheet_on_a_table_is_given_no_paper():
+    table = np.full((1200, 1500, 3), TABLE, np.uint8)
+    table[120:1020, 140:1340] = drawn_by_hand(np.random.default_rng(3))
+    part, _ = on_paper(table, np.eye(3))
+    assert part.shape == table.shape
