@@ -21,12 +21,8 @@ from fpnet_lab.provenance import Provenance
 
 MADE = Provenance('fpnet bench x', 'abc1234', '2026-11-22', '2 cores, AMD EPYC')
 SHEETS = {
-    'sheets': 8,
-    'right': 0.625,
-    'wrong_marked': None,
-    'good_marked': 0.0,
-    'seconds_p50': 2.4,
-}
+    'sheets': 8, 'right': 0.625, 'wrong_marked': None, 'good_marked': 0.0, 'seconds_p50': 2.4,
+}  # fmt: skip
 SCALE = {'within_10': 0.925, 'interval_holds': 1.0, 'sure': 0}
 VECTORS = {
     'kinds': dict.fromkeys(('clean', 'office', 'brochure'), SHEETS),
@@ -72,17 +68,10 @@ def localization():
 
 
 RUN = {
-    'localized': True,
-    'poses': 800,
-    'wrong_poses': 0,
-    'time_to_first_pose_s': 1.5,
-    'path_to_first_pose_m': 0.15,
-    'median_position_error_m': 0.11,
-    'median_yaw_error_deg': 0.29,
-    'tick_ms_p50': 14.9,
-    'tick_ms_p95': 95.4,
-    'status_over_time': ['searching', 'localized'],
-}
+    'localized': True, 'poses': 800, 'wrong_poses': 0, 'time_to_first_pose_s': 1.5,
+    'path_to_first_pose_m': 0.15, 'median_position_error_m': 0.11, 'median_yaw_error_deg': 0.29,
+    'tick_ms_p50': 14.9, 'tick_ms_p95': 95.4, 'status_over_time': ['searching', 'localized'],
+}  # fmt: skip
 NOTHING = dict.fromkeys(RUN) | {'poses': 0, 'status_over_time': ['searching']}
 OFF = {'p50_m': 0.1, 'p95_m': 0.2, 'p95_deg': 0.8, 'max_m': 0.3, 'max_deg': 1.0}
 DRIVE = {
@@ -93,82 +82,40 @@ DRIVE = {
     'wheels': {'whole_submap': OFF, 'published': OFF},
 }
 CARRIED = {
-    'localized': 11,
-    'withheld': 4,
-    'withheld_s_median': 1.1,
-    'withheld_s_max': 3.0,
-    'wrong_poses': 111,
-    'found_again': 7,
-    'right_poses': 1031,
-}
+    'localized': 11, 'withheld': 4, 'withheld_s_median': 1.1, 'withheld_s_max': 3.0,
+    'wrong_poses': 111, 'found_again': 7, 'right_poses': 1031,
+}  # fmt: skip
 FAULTY = {'is': 'loop', 'drives': 4, 'first': 3, 'alone': 3, 'else': 'nothing (1)'}
 SHORT = {
-    'pieces': 84,
-    'seen_m2': 40.0,
-    'right': 0.5,
-    'claimed_right': 0.4,
-    'wrong': 1,
-    'foreign': 2,
+    'pieces': 84, 'seen_m2': 40.0, 'right': 0.5, 'claimed_right': 0.4, 'wrong': 1, 'foreign': 2,
     'seconds': 0.15,
-}
-EXPLORED = {
-    'buildings': 20,
-    'localised': 0.75,
-    'mean_m': 9.5,
-    'median_m': 6.0,
-    'wrong': 0,
-}
+}  # fmt: skip
+EXPLORED = {'buildings': 20, 'localised': 0.75, 'mean_m': 9.5, 'median_m': 6.0, 'wrong': 0}
 WALK = {
-    'walks': 20,
-    'first_m': 2.0,
-    'median_deg': 0.4,
-    'second_m': 0.02,
-    'second_deg': 0.2,
-    'second_m_max': 0.05,
-    'path_max': 1.04,
-    'register_ms': 30.0,
-}
+    'walks': 20, 'first_m': 2.0, 'median_deg': 0.4, 'second_m': 0.02, 'second_deg': 0.2,
+    'second_m_max': 0.05, 'path_max': 1.04, 'register_ms': 30.0,
+}  # fmt: skip
 
 ENDED = {'launches': 25, 'clean': 25, 'took_s_median': 0.9, 'took_s_max': 1.4, 'faults': []}
 
 FAULT = {
-    'drives': 10,
-    'before': 9,
-    'recovered': 8,
-    'recovery_s_median': 1.5,
-    'recovery_s_max': 4.0,
-    'off': 12,
-    'longest_s': 0.9,
-    'long_off': 0,
-    'wrong': 3,
-    'localized': 0.91,
-    'first_m': 2.4,
+    'drives': 10, 'before': 9, 'recovered': 8, 'recovery_s_median': 1.5, 'recovery_s_max': 4.0,
+    'off': 12, 'longest_s': 0.9, 'long_off': 0, 'wrong': 3, 'localized': 0.91, 'first_m': 2.4,
     'median_m': 0.07,
-}
+}  # fmt: skip
 NO_RECOVERY = {'recovered': 0, 'recovery_s_median': None, 'recovery_s_max': None}
 WIRED = {
-    'robot': '3D lidar alone',
-    'sweeps': 449,
-    'first_pose_s': 2.31,
-    'error_m': 0.094,
-    'error_deg': 0.41,
-    'offline_error_m': 0.08,
-    'lost': {'localizer missed': 1.0, 'odometry lost': 2.0},
-    'tf_error_m': 0.001,
+    'robot': '3D lidar alone', 'sweeps': 449, 'first_pose_s': 2.31, 'error_m': 0.094,
+    'error_deg': 0.41, 'offline_error_m': 0.08,
+    'lost': {'localizer missed': 1.0, 'odometry lost': 2.0}, 'tf_error_m': 0.001,
     'twist_error': [0.141, 0.08],
-}
+}  # fmt: skip
 TIMED = {'seconds': 0.00618, 'cpu_s': 0.0061, 'aim_s': 0.005, 'of': 5}
 LOAD = {
-    'scans_sent': 6000,
-    'scans_lost': 2.0,
-    'tf_jitter_max': 17.9,
-    'call_p99': 8.03,
-    'tick_p50': 36.6,
-    'tick_p99': 128.2,
-    'pose_behind_max_s': 0.165,
-    'memory_mib': 799.1,
+    'scans_sent': 6000, 'scans_lost': 2.0, 'tf_jitter_max': 17.9, 'call_p99': 8.03,
+    'tick_p50': 36.6, 'tick_p99': 128.2, 'pose_behind_max_s': 0.165, 'memory_mib': 799.1,
     'memory_growth_second_half_percent': 0.22,
-}
+}  # fmt: skip
 
 
 def robot():
@@ -223,23 +170,15 @@ def site_figures():
 
 
 FOUND = {
-    'precision': 0.985,
-    'recall': 0.97,
-    'f1': 0.958,
-    'doors_precision': 0.9594,
-    'doors_recall': 0.92,
-    'seconds_per_map_median': 0.051,
-}
+    'precision': 0.985, 'recall': 0.97, 'f1': 0.958, 'doors_precision': 0.9594,
+    'doors_recall': 0.92, 'seconds_per_map_median': 0.051,
+}  # fmt: skip
 PLANS = {'clean': FOUND, 'furnished': FOUND}
 MAPS = {'default': FOUND, 'morphological': FOUND, 'distance': FOUND, 'tune': FOUND}
 DRIVES = {
-    'room_iou_mean': 0.921,
-    'rooms_over_iou50': 0.975,
-    'doors_precision': 0.915,
-    'doors_recall': 0.94,
-    'rooms': 80,
-    'recordings': 15,
-}
+    'room_iou_mean': 0.921, 'rooms_over_iou50': 0.975, 'doors_precision': 0.915,
+    'doors_recall': 0.94, 'rooms': 80, 'recordings': 15,
+}  # fmt: skip
 SEGMENTATION = {
     **PLANS,
     'baselines': {'morphological': PLANS, 'distance': PLANS},
@@ -249,14 +188,9 @@ SEGMENTATION = {
     | {'by_sensor': {'beams16': DRIVES, 'planar': DRIVES | {'room_iou_mean': 0.86}}},
 }
 TOLD = {
-    'estimates': 10,
-    'within_10': 0.4,
-    'held': 0.7,
-    'spread': 1.636,
-    'sure': 0.0,
-    'sure_wrong': 0.0,
-    'ms_per_drawing': 90.0,
-}
+    'estimates': 10, 'within_10': 0.4, 'held': 0.7, 'spread': 1.636, 'sure': 0.0,
+    'sure_wrong': 0.0, 'ms_per_drawing': 90.0,
+}  # fmt: skip
 FACTORS = [{'group': 'homes', 'factor': factor} for factor in (1.2, 1.42, 1.5)]
 SCALES_TOLD = {
     'groups': {'report bare': TOLD, 'homes': TOLD | {'held': 0.27}, 'generated': TOLD},
@@ -283,15 +217,10 @@ VARIED = varied(
     E=('not run', ''),
 )
 STOREY = {
-    'area_m2': 20_000.0,
-    'rooms': 426,
-    'explored_m2': 3173.0,
-    'plan': [1.6, 1.48],
-    'update': [1.15, 1.05],
-    'stages_s': {'match': 0.09, 'segment': 0.43},
-    'peak_bytes': 980_000_000,
-    'status': 'waiting',
-}
+    'area_m2': 20_000.0, 'rooms': 426, 'explored_m2': 3173.0, 'plan': [1.6, 1.48],
+    'update': [1.15, 1.05], 'stages_s': {'match': 0.09, 'segment': 0.43},
+    'peak_bytes': 980_000_000, 'status': 'waiting',
+}  # fmt: skip
 GROWTH = {'growth': [STOREY | {'area_m2': 300.0, 'rooms': 11}, STOREY]}
 READ = {
     'reader': 'images',
@@ -311,14 +240,9 @@ ARRIVED = [
     for each in ('best effort', 'reliable')
 ]
 RELIABLE = {
-    'ece': 0.009,
-    'right_best': 0.94,
-    'own_trials': 200,
-    'claims': 180,
-    'wrong_claims': 1,
-    'foreign_claims': 2,
-    'foreign_trials': 364,
-}
+    'ece': 0.009, 'right_best': 0.94, 'own_trials': 200, 'claims': 180, 'wrong_claims': 1,
+    'foreign_claims': 2, 'foreign_trials': 364,
+}  # fmt: skip
 CUTS = RELIABLE | {'maps': 100}
 RULE = {
     'looks': 2,
@@ -329,25 +253,16 @@ RULE = {
 }
 JUDGED = {'right': 0.78, 'claimed_right': 0.4, 'claimed_wrong': 0.009, 'trials': 90}
 EARLY = {
-    'minute': 5.0,
-    'tick_ms_p50': 40.0,
-    'tick_ms_p95': 351.0,
-    'add_scan_ms_p50': 8.6,
+    'minute': 5.0, 'tick_ms_p50': 40.0, 'tick_ms_p95': 351.0, 'add_scan_ms_p50': 8.6,
     'rss_mb_max': 700.0,
-}
+}  # fmt: skip
 HOUR = {
     'early': EARLY,
     'late': EARLY | {'minute': 60.0, 'tick_ms_p95': 52.0, 'rss_mb_max': 1207.0},
     'late_over_early_tick_cpu_p50': 1.13,
     'explored_m2': 937.2,
 }
-ON_GRID = {
-    'seed': 1,
-    'sheet': 'grid',
-    'found_after_m': 3.6,
-    'error_m': 0.05,
-    'doubts': [],
-}
+ON_GRID = {'seed': 1, 'sheet': 'grid', 'found_after_m': 3.6, 'error_m': 0.05, 'doubts': []}
 ON_SHEETS = [
     ON_GRID,
     ON_GRID | {'seed': 2, 'found_after_m': 4.0},
@@ -355,14 +270,9 @@ ON_SHEETS = [
     ON_GRID | {'sheet': 'scan picture', 'seed': 2, 'found_after_m': None, 'error_m': None},
 ]
 CLOUD = {
-    'how': 'slam',
-    'seed': 1000,
-    'rooms': 10,
-    'found': 1.0,
-    'iou': 0.9,
-    'status': 'matched',
+    'how': 'slam', 'seed': 1000, 'rooms': 10, 'found': 1.0, 'iou': 0.9, 'status': 'matched',
     'of_two': [],
-}
+}  # fmt: skip
 CLOUDS = {
     'seed': 1000,
     'clouds': [

@@ -93,11 +93,7 @@ class Robot:
                 reliable.format('kiss/odometry'): 'reliable',
                 **(more or {}),
             },
-            {
-                '__ns': NAMESPACE,
-                '__node': 'finder',
-                'kiss/frame': 'registered',
-            },
+            {'__ns': NAMESPACE, '__node': 'finder', 'kiss/frame': 'registered'},
         )
 
     def is_heard(self) -> bool:

@@ -9,13 +9,8 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 # x0, y0, x1, y1 of rooms [m]: no two alike, so that only the true placement fits.
 ROOMS = (
-    (0, 0, 7, 5),
-    (7, 0, 11, 5),
-    (11, 0, 20, 5),
-    (0, 7, 5, 13),
-    (5, 7, 14, 13),
-    (14, 7, 20, 11),
-)
+    (0, 0, 7, 5), (7, 0, 11, 5), (11, 0, 20, 5), (0, 7, 5, 13), (5, 7, 14, 13), (14, 7, 20, 11),
+)  # fmt: skip
 CORRIDOR = (0, 5, 20, 7)
 DOORS = ((3, 5), (9, 5), (17.3, 5), (2, 7), (8, 7), (15.5, 7))
 

@@ -14,18 +14,8 @@ from fpnet_core.types import FREE
 SCAN_NS = 200_000_000
 # A drive through four rooms, in building metres.
 VIA = [
-    (2, 3),
-    (3, 4),
-    (3, 6),
-    (8, 6),
-    (8, 9),
-    (8, 6),
-    (9, 6),
-    (9, 3),
-    (9, 6),
-    (17.3, 6),
-    (17.3, 3),
-]
+    (2, 3), (3, 4), (3, 6), (8, 6), (8, 9), (8, 6), (9, 6), (9, 3), (9, 6), (17.3, 6), (17.3, 3),
+]  # fmt: skip
 
 
 def scan(xy, yaw, rng, rays=270, max_range=12.0):

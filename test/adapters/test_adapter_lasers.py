@@ -84,10 +84,6 @@ def test_a_scan_that_saw_nothing_has_no_points(received, msg):
     assert laser.time_s.shape == (0,)
 
 
-def test_the_largest_range_may_be_unlimited(received):
-    assert len(laser_from_msg(received(_scan([50.0], range_max=INF))).points) == 1
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [

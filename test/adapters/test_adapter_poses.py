@@ -12,7 +12,6 @@ from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
 from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
 from msg_adapters.poses import (
-    path_to_msg,
     pose_from_msg,
     pose_to_msg,
     uncertain_pose_from_msg,
@@ -46,15 +45,6 @@ def test_pose_survives_the_round_trip(received):
     np.testing.assert_allclose(back, _rigid(), atol=1e-12)
 
 
-def test_rotation_is_the_textbook_one():
-    # 60 deg about z: (0, 0, sin 30 deg, cos 30 deg); x forward turns to (cos 60, sin 60).
-    msg = Pose()
-    msg.orientation.z, msg.orientation.w = 0.5, math.sqrt(0.75)
-    np.testing.assert_allclose(
-        matrix_from_pose_msg(msg)[:3, 0], (0.5, math.sqrt(0.75), 0.0), atol=1e-12
-    )
-
-
 def test_pose_stamped_survives_the_round_trip(received):
     pose = SE2.from_xy_yaw(12.5, -3.75, math.radians(-157.0))
     back = pose_from_msg(received(pose_to_msg(pose, STAMP_NS, 'floorplan')))
@@ -76,13 +66,6 @@ def test_a_covariance_that_is_none_is_refused():
     msg.pose.covariance[7] = math.nan
     with pytest.raises(OdometryError, match='covariance'):
         uncertain_pose_from_msg(msg)
-
-
-def test_a_path_keeps_its_poses(received):
-    poses = [pose_to_msg(SE2.from_xy_yaw(x, 0.0, 0.0), STAMP_NS, 'drawing') for x in range(3)]
-    path = received(path_to_msg(poses, STAMP_NS, 'drawing'))
-    assert path.header.frame_id == 'drawing'
-    assert [pose_from_msg(pose).T_frame_body.x for pose in path.poses] == [0.0, 1.0, 2.0]
 
 
 def test_a_transform_survives_the_round_trip(received):

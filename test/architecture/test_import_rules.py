@@ -261,8 +261,7 @@ def test_core_desk_and_lab_know_no_ros_and_nothing_that_does():
 
 def test_torch_stays_where_networks_are():
     found = offences(
-        lambda m: within(m, PACKAGES) and not within(m, TORCH_HOMES),
-        lambda n: within(n, TORCH),
+        lambda m: within(m, PACKAGES) and not within(m, TORCH_HOMES), lambda n: within(n, TORCH)
     )
     assert found == []
 

@@ -66,10 +66,6 @@ def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(scored):
     assert set(right.statuses) <= {'waiting', 'searching', 'ambiguous', 'localized'}
 
 
-def test_the_strip_is_drawn(scored):
-    assert scored[1].read_bytes().startswith(b'\x89PNG')
-
-
 def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, capsys, scored):
     records, _ = scored
 

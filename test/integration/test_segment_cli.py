@@ -182,16 +182,11 @@ def broken(folder):
     (folder / 'notes.txt').write_text('no map')
     (folder / 'bag').mkdir()
     return {
-        'missing.png': 'does not exist',
-        'empty.png': 'empty.png is empty',
-        'cut.png': 'not a readable image',
-        'huge.png': 'at most 100 million pixels',
-        'no.yaml': 'no.yaml',
-        'empty.ply': 'empty.ply',
-        'flat.npy': 'flat.npy',
-        'notes.txt': 'notes.txt',
-        'bag': 'bag',
-    }
+        'missing.png': 'does not exist', 'empty.png': 'empty.png is empty',
+        'cut.png': 'not a readable image', 'huge.png': 'at most 100 million pixels',
+        'no.yaml': 'no.yaml', 'empty.ply': 'empty.ply', 'flat.npy': 'flat.npy',
+        'notes.txt': 'notes.txt', 'bag': 'bag',
+    }  # fmt: skip
 
 
 def test_what_cannot_be_segmented_ends_in_one_line(tmp_path, capsys):

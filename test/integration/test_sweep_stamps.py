@@ -27,8 +27,7 @@ def registered(scans):
 
 # Absolute times are the same whatever the stamp is of.
 @pytest.mark.parametrize(
-    ('stamp', 'times'),
-    [('end', 'absolute'), *product(STAMPS, ('relative', 'missing'))],
+    ('stamp', 'times'), [('end', 'absolute'), *product(STAMPS, ('relative', 'missing'))]
 )
 def test_headings_are_right_at_their_stamps_while_the_robot_turns(tmp_path, stamp, times):
     with BagWriter(tmp_path / 'bag') as bag:

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Symmetries of the network that hold for any weights."""
+"""Symmetries of both networks that hold for any weights."""
 
 from dataclasses import replace
+from functools import partial
 
 from graph_pairs import toy_pair
 from hypothesis import given, settings
@@ -12,79 +13,65 @@ import pytest
 import torch
 
 from fpnet_core.graphs.layout import POSITION
-from fpnet_core.models.batch import GraphBatch, pad_graphs
-from fpnet_core.models.config import EdgeMapping, PaperConfig
+from fpnet_core.models.batch import GraphBatch
+from fpnet_core.models.config import EdgeMapping, InvariantConfig, PaperConfig
 from fpnet_core.models.paper import edge_weights, sinkhorn
+from fpnet_lab.training.networks.invariant import InvariantModule
 from fpnet_lab.training.networks.paper import PaperModule
-from fpnet_lab.training.networks.tensors import TORCH, tensors_of
+from fpnet_lab.training.networks.tensors import TORCH
 
 SMALL = {'width': 8, 'heads': 2, 'blocks': 2, 'position_widths': (6,)}
+NETWORKS = {
+    'invariant': lambda: InvariantModule(InvariantConfig(width=16, heads=4, layers=2)),
+    **{m.value: partial(PaperModule, PaperConfig(edge_mapping=m, **SMALL)) for m in EdgeMapping},
+}
 
 
-def random_network(mapping=EdgeMapping.DISTANCE, seed=0, **sizes):
-    """Return a network none of whose layers is at its neutral start."""
+def random_network(name, seed):
+    """Return a network none of whose layers is at its neutral start, in double precision."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = PaperModule(PaperConfig(edge_mapping=mapping, **(SMALL | sizes)))
+        network = NETWORKS[name]()
         for parameter in network.parameters():
-            torch.nn.init.normal_(parameter, std=0.4)
+            torch.nn.init.normal_(parameter, std=0.3)
     return network.double().eval()
 
 
-def doubled(batch):
-    return GraphBatch(batch.node_feat.double(), batch.adjacency.double(), batch.mask)
+def batch(network, graphs):
+    made = network.batch(graphs)
+    return GraphBatch(made.node_feat.double(), made.adjacency.double(), made.mask)
 
 
-def graphs(seed):
-    plan, sub, _ = toy_pair(np.random.default_rng(seed), rooms=7, seen=3)
-    return doubled(PaperModule(PaperConfig()).batch([plan])), doubled(
-        PaperModule(PaperConfig()).batch([sub])
-    )
-
-
-def permuted(batch, order):
-    return GraphBatch(
-        batch.node_feat[:, order], batch.adjacency[:, order][:, :, order], batch.mask[:, order]
-    )
-
-
-@pytest.mark.parametrize('mapping', list(EdgeMapping))
+@pytest.mark.parametrize('name', NETWORKS)
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=10, deadline=None)
-def test_permuting_regions_permutes_the_assignment(mapping, seed):
-    network = random_network(mapping, seed)
-    plan, sub = graphs(seed)
+def test_permuting_regions_permutes_the_assignment(name, seed):
+    network = random_network(name, seed)
+    plan, sub, _ = toy_pair(np.random.default_rng(seed), rooms=7, seen=3)
+    sides = [batch(network, [side]) for side in (plan, sub)]
     generator = torch.Generator().manual_seed(seed)
-    rows = torch.randperm(plan.mask.shape[1], generator=generator)
-    columns = torch.randperm(sub.mask.shape[1], generator=generator)
+    orders = [torch.randperm(side.mask.shape[1], generator=generator) for side in sides]
+    shuffled = [
+        GraphBatch(s.node_feat[:, o], s.adjacency[:, o][:, :, o], s.mask[:, o])
+        for s, o in zip(sides, orders, strict=True)
+    ]
     with torch.inference_mode():
-        before = network(plan, sub)
-        after = network(permuted(plan, rows), permuted(sub, columns))
-    with_dust = [torch.cat([order, torch.tensor([len(order)])]) for order in (rows, columns)]
-    expected = before[:, with_dust[0]][:, :, with_dust[1]]
-    torch.testing.assert_close(after, expected, rtol=1e-8, atol=1e-8)
+        before, after = network(*sides), network(*shuffled)
+    rows, columns = (torch.cat([o, torch.tensor([len(o)])]) for o in orders)
+    torch.testing.assert_close(after, before[:, rows][:, :, columns], rtol=1e-8, atol=1e-8)
 
 
-@pytest.mark.parametrize('mapping', list(EdgeMapping))
+@pytest.mark.parametrize('name', NETWORKS)
 @given(seed=st.integers(0, 10_000))
 @settings(max_examples=5, deadline=None)
-def test_padding_and_batch_neighbours_change_nothing(mapping, seed):
-    network = random_network(mapping, seed)
+def test_padding_and_batch_neighbours_change_nothing(name, seed):
+    network = random_network(name, seed)
     rng = np.random.default_rng(seed)
     pairs = [toy_pair(rng, rooms, seen)[:2] for rooms, seen in ((5, 2), (9, 6))]
-    together_plan, together_sub = (
-        doubled(
-            tensors_of(pad_graphs([p[i].node_feat for p in pairs], [p[i].edges for p in pairs]))
-        )
-        for i in (0, 1)
-    )
     with torch.inference_mode():
-        together = network(together_plan, together_sub)
+        together = network(*(batch(network, [pair[i] for pair in pairs]) for i in (0, 1)))
         for index, (plan, sub) in enumerate(pairs):
-            alone = network(
-                doubled(PaperModule(PaperConfig()).batch([plan])),
-                doubled(PaperModule(PaperConfig()).batch([sub])),
-            )[0]
+            alone = network(batch(network, [plan]), batch(network, [sub]))[0]
             inside = together[index, : len(plan), : len(sub)]
             torch.testing.assert_close(inside, alone[:-1, :-1], rtol=1e-8, atol=1e-8)
             dust = together[index, -1, : len(sub)]
@@ -126,7 +113,8 @@ def test_paper_iterations_nearly_reach_the_marginals():
 @given(yaw=st.floats(-3.0, 3.0), seed=st.integers(0, 1000))
 @settings(max_examples=10, deadline=None)
 def test_edge_functions_ignore_rotation_and_translation(mapping, yaw, seed):
-    plan, _ = graphs(seed)
+    graph, _, _ = toy_pair(np.random.default_rng(seed), rooms=7, seen=3)
+    plan = batch(PaperModule(PaperConfig()), [graph])
     turn = torch.tensor([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     moved = plan.node_feat.clone()
     moved[..., POSITION] = moved[..., POSITION] @ turn.T + torch.tensor([0.7, -0.2])

@@ -53,13 +53,6 @@ def test_wrong_poses_are_counted_apart():
     assert summarize_run(astray, truth, np.zeros(1), truth, A_PLAN_TRUTH, cov).wrong_poses == 10
 
 
-def test_headings_beyond_a_half_turn_are_near():
-    truth = PlanarTrajectory(STAMPS[:2], np.zeros((2, 2)), np.full(2, np.pi - 0.001))
-    published = PlanarTrajectory(STAMPS[:2], np.zeros((2, 2)), np.full(2, -np.pi + 0.001))
-    nees = normalised_errors(published, np.tile(np.eye(3), (2, 1, 1)), truth, Affine2D.identity())
-    np.testing.assert_allclose(nees, 0.002**2, rtol=1e-6)
-
-
 def test_without_poses_truth_or_covariances_nothing_is_said():
     truth, published, cov = drawn()
     none = PlanarTrajectory(STAMPS[:0], np.zeros((0, 2)), np.zeros(0))

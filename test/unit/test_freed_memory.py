@@ -8,8 +8,6 @@ import sys
 
 import pytest
 
-from fpnet_core.freed_memory import keep_freed_memory
-
 RASTERS = """
 import resource
 import numpy as np
@@ -41,12 +39,3 @@ def test_rasters_of_a_second_tick_lie_where_those_of_the_first_did():
     assert is_kept == 'True'
     assert int(before) > 2000
     assert int(after) < int(before) / 20
-
-
-@pytest.mark.parametrize(
-    ('name', 'value'),
-    [('MALLOC_TRIM_THRESHOLD_', '100000'), ('GLIBC_TUNABLES', 'glibc.malloc.arena_max=1')],
-)
-def test_what_somebody_has_said_of_memory_holds(monkeypatch, name, value):
-    monkeypatch.setenv(name, value)
-    assert not keep_freed_memory()

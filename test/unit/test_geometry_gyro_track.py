@@ -51,7 +51,3 @@ def test_where_the_clock_goes_back_the_track_starts_anew_and_disorder_is_dropped
     assert len(track) == 100
     track.add(START_NS, [0.0, 0.0, 1.0])
     assert (len(track), track.newest_ns) == (1, START_NS)
-
-
-def test_rates_beyond_the_horizon_are_forgotten():
-    assert len(filled(1000, lambda _: np.zeros(3), horizon_ns=50 * STEP_NS)) == 50

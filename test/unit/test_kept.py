@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 import pytest
 
 from fpnet_core.errors import FpnetError
-from fpnet_lab import kept
 from fpnet_lab.kept import digest, make_once, read_kept
-from fpnet_lab.training.gathering import Columns, Counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +58,6 @@ def test_several_processes_give_the_same(tmp_path):
     assert sides(tmp_path, unmade) == [3, 1, 2]
 
 
-def test_results_come_back_as_they_were(tmp_path):
-    make_once(tmp_path, Square, TASKS, square)
-    [back] = make_once(tmp_path, Square, {'three': 3}, unmade)
-    assert back.table.dtype == np.int16
-    np.testing.assert_array_equal(back.table, np.full((3, 2), 3))
-
-
 def test_nothing_is_kept_without_a_folder_or_where_it_may_not_be(tmp_path):
     assert sides(None) == [3, 1, 2]
     sides(tmp_path, is_kept=lambda each: each.side != 1)
@@ -90,41 +81,3 @@ def test_a_digest_is_of_content_and_files(tmp_path):
     assert len({first, digest({'a': 2, 'b': 2}, [weights]), digest({'a': 1, 'b': 2})}) == 3
     weights.write_bytes(b'2')
     assert digest({'a': 1, 'b': 2}, [weights]) != first
-
-
-def test_a_digest_is_of_the_program(tmp_path, monkeypatch):
-    before = digest({})
-    (tmp_path / 'new.py').write_text('x = 1')
-    monkeypatch.setattr('fpnet_lab.__path__', [str(tmp_path)])
-    kept._program.cache_clear()
-    try:
-        assert digest({}) != before
-    finally:
-        monkeypatch.undo()
-        kept._program.cache_clear()
-    assert digest({}) == before
-
-
-@dataclass(frozen=True, eq=False)
-class Table(Columns):
-    name: np.ndarray
-    size: np.ndarray
-
-
-def test_columns_are_chosen_and_joined_row_by_row():
-    first = Table(np.array(['a', 'b']), np.array([1.0, 2.0]))
-    none = Table(np.array([], dtype=np.str_), np.array([]))
-    both = Table.joined([first, none, Table(np.array(['longer']), np.array([3.0]))])
-    assert len(both) == 3
-    chosen = both.where(both.size > 1.0)
-    assert (chosen.name.tolist(), chosen.size.tolist()) == (['b', 'longer'], [2.0, 3.0])
-
-
-@dataclass(frozen=True)
-class Amounts(Counts):
-    rooms: int = 10
-    drives: int = 300
-
-
-def test_a_share_has_some_of_everything():
-    assert Amounts().scaled(0.01) == Amounts(1, 3)

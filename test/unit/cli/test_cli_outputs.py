@@ -12,9 +12,8 @@ import time
 import numpy as np
 from PIL import Image
 import pytest
-import typer
 
-from fpnet.cli import build_app, main, outputs
+from fpnet.cli import main
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -39,12 +38,7 @@ def refused(capsys, *words):
 
 @pytest.mark.parametrize(
     ('command', 'option'),
-    [
-        ('segment', '--plot'),
-        ('segment', '--json'),
-        ('check-plan', '--out'),
-        ('plan', '--out'),
-    ],
+    [('segment', '--plot'), ('segment', '--json'), ('check-plan', '--out'), ('plan', '--out')],
 )
 def test_an_output_below_a_file_is_refused_before_the_plan_is_read(
     command, option, plan, tmp_path, capsys, monkeypatch
@@ -58,11 +52,6 @@ def test_an_output_below_a_file_is_refused_before_the_plan_is_read(
 def test_a_picture_has_a_known_format(name, plan, tmp_path, capsys):
     said = refused(capsys, 'segment', plan, '--plot', tmp_path / name)
     assert f'--plot {tmp_path / name}: expected a name that ends in .png' in said
-
-
-def test_a_film_is_a_gif(plan, tmp_path, capsys):
-    words = ('localize', tmp_path, '--floorplan', plan, '--film', tmp_path / 'run.mp4')
-    assert 'ends in .gif' in refused(capsys, *words)
 
 
 def test_a_folder_is_no_file_and_a_file_no_folder(plan, tmp_path, capsys):
@@ -83,20 +72,6 @@ def test_a_folder_without_permission_is_named(plan, tmp_path, capsys):
 def test_a_folder_that_refuses_even_root_is_named(plan, capsys):
     said = refused(capsys, 'segment', plan, '--plot', '/proc/rooms.png')
     assert '/proc is not writable' in said
-
-
-def test_all_commands_and_those_of_groups_look(tmp_path):
-    for name in ('simulate', 'localize', 'bench'):
-        root = typer.main.get_command(build_app(name))
-        outputs.look_first(root)
-        looked = {
-            option.opts[0]
-            for command in outputs._commands(root)
-            for option in command.params
-            if option.callback is not None
-        }
-        assert '--json' in looked
-        assert {'--out', '--plot'} & looked
 
 
 @pytest.mark.parametrize('after_s', [0.1, 0.5])

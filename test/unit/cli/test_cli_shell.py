@@ -2,30 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shell around the subcommands: lazy loading, exit codes, options, output."""
 
-import ast
-from importlib.util import find_spec
-import json
 import logging
-from pathlib import Path
 import re
 import subprocess
 import sys
 import time
 
-import numpy as np
-from PIL import Image
 import pytest
-import typer
 
 from fpnet import cli
-from fpnet.cli import (
-    COMMANDS,
-    Subcommand,
-    _verbose_first,
-    common,
-    installed_commands,
-    main,
-)
+from fpnet.cli import COMMANDS, Subcommand, common, installed_commands, main
 from fpnet.cli.progress import progress, track
 from fpnet_core.errors import ConfigError, FpnetError
 
@@ -74,18 +60,6 @@ def test_help_loads_no_subcommand_and_nothing_heavy():
     assert result.stderr.splitlines() == ['[]']
 
 
-@pytest.mark.parametrize('name', installed_commands())
-def test_each_module_exports_one_entry(name):
-    """Either ``command`` or ``app``, found without importing; its help shows an example."""
-    module = installed_commands()[name].module
-    spec = find_spec(module)
-    assert spec is not None, f'{module} does not exist'
-    source = Path(spec.origin).read_text(encoding='utf-8')
-    names = {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
-    assert ('command' in names) != bool(re.search(r'^app = ', source, re.MULTILINE))
-    assert f'fpnet {name}' in source.split('def ', 1)[1]
-
-
 @pytest.mark.parametrize(
     'arguments', [('nonsense',), ('segment',), ('segment', '--resolution', 'x')]
 )
@@ -129,10 +103,6 @@ def test_details_are_logged_wherever_the_flag_stands(subcommand, monkeypatch, wo
     assert levels == [logging.INFO, logging.WARNING]
 
 
-def test_words_after_two_dashes_are_no_flags():
-    assert _verbose_first(['a', '-v', '--', '-v']) == ['-v', 'a', '--', '-v']
-
-
 def test_interrupt_exits_130_without_a_traceback(capsys, subcommand):
     def interrupted():
         raise KeyboardInterrupt
@@ -156,25 +126,6 @@ def test_an_interrupt_that_a_library_swallows_comes_again(capsys, subcommand):
     subcommand(interrupted)
     assert run('plugged') == 130
     assert capsys.readouterr().err.strip() in ('', 'Aborted!')
-
-
-def test_an_answer_of_no_has_its_own_status(subcommand):
-    def no():
-        raise typer.Exit(1)
-
-    subcommand(no)
-    assert run('plugged') == 1
-
-
-def test_groups_are_plugged_in(monkeypatch, capsys):
-    module = type(sys)('fpnet.cli.grouped')
-    module.app = typer.Typer()
-    module.app.callback()(lambda: None)
-    module.app.command('inner')(lambda: typer.echo('inside'))
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(COMMANDS, 'grouped', Subcommand(module.__name__, 'A group.'))
-    assert run('grouped', 'inner') == 0
-    assert capsys.readouterr().out == 'inside\n'
 
 
 def test_common_options_reach_the_configuration(subcommand, tmp_path):
@@ -207,15 +158,6 @@ def test_settings_are_typed():
     assert parsed == {'a.b': 1, 'a.c': 0.5, 'a.d': True, 'a.e': 'text', 'a.f': 'x=y'}
 
 
-def test_json_goes_to_a_file_or_to_stdout(tmp_path, capsys):
-    common.write_json(tmp_path / 'new' / 'a.json', {'b': 1})
-    assert json.loads((tmp_path / 'new' / 'a.json').read_text()) == {'b': 1}
-    common.write_json(Path('-'), {'b': 2})
-    assert json.loads(capsys.readouterr().out) == {'b': 2}
-    with pytest.raises(ValueError, match='JSON'):
-        common.write_json(Path('-'), {'b': float('nan')})
-
-
 def test_progress_is_silent_without_a_terminal(capfd):
     with progress('working', total=3) as advance:
         advance(1.0)
@@ -237,42 +179,3 @@ def test_runs_as_a_module():
     assert result.stderr == 'fpnet: nowhere.png does not exist; give an existing file or folder\n'
     assert time.monotonic() - started < 20.0
     assert cli.__doc__ is not None
-
-
-@pytest.fixture(scope='module')
-def plan(tmp_path_factory):
-    """Two rooms of 6 x 5 m and 4 x 5 m, a wall between them, a door of 1 m in it."""
-    picture = np.full((140, 240), 178, np.uint8)
-    picture[16:124, 16:224] = 0
-    picture[20:120, 20:140] = 255
-    picture[20:120, 144:220] = 255
-    picture[60:80, 140:144] = 255
-    path = tmp_path_factory.mktemp('plan') / 'plan.png'
-    Image.fromarray(picture).save(path)
-    return path
-
-
-def test_segment_finds_the_rooms_of_a_drawing(plan, tmp_path, capsys):
-    out = tmp_path / 'rooms.json'
-    arguments = ['--resolution', '0.05', '--json', str(out), '--plot', str(tmp_path / 'rooms.png')]
-    assert run('segment', str(plan), *arguments) == 0
-    assert '2 rooms' in capsys.readouterr().out
-    report = json.loads(out.read_text())
-    rooms = sorted(report['rooms'], key=lambda room: -room['area_m2'])
-    assert [room['area_m2'] for room in rooms] == pytest.approx([30.0, 19.0], rel=0.05)
-    assert rooms[0]['centroid_xy_m'] == pytest.approx([4.0, 3.5], abs=0.1)
-    [door] = report['doors']
-    assert door['width_m'] == pytest.approx(1.0, abs=0.15)
-    assert sorted(door['rooms']) == sorted(room['id'] for room in rooms)
-    assert Image.open(tmp_path / 'rooms.png').width > 400
-
-
-def test_segment_prints_json_alone_on_stdout(plan, capsys):
-    assert run('segment', str(plan), '--json', '-') == 0
-    assert len(json.loads(capsys.readouterr().out)['rooms']) == 2
-
-
-def test_segment_says_what_is_wrong_with_its_input(tmp_path, capsys):
-    (tmp_path / 'a.png').write_bytes(b'\x89PNG junk')
-    assert run('segment', str(tmp_path / 'a.png')) == 1
-    assert capsys.readouterr().err.count('\n') == 1

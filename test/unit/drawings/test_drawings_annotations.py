@@ -76,27 +76,11 @@ def test_dimensions_in_every_notation(texts, upright):
     assert scale.low_m < RESOLUTION < scale.high_m
 
 
-def test_dimensions_that_do_not_fit_their_lines_say_nothing():
-    assert annotated_scale(drawn(*chain(['6.25', '5.10', '2.90', '7.77']))) is None
-
-
 def test_one_dimension_is_not_believed():
     lines, labels = chain(['6.25'], LENGTHS_M[:1])
     assert annotated_scale(drawn(lines, labels)) is None
     again, more = chain(['6.25', '6.25', '6.25'], (6.25,) * 3, y=600.0)
     assert annotated_scale(drawn(lines + again, labels + more)) is None
-
-
-def test_numbers_of_rooms_are_no_dimensions():
-    rng = np.random.default_rng(5)
-    lines, labels = [], []
-    for k in range(40):
-        x, y = rng.uniform(100, 1900, 2)
-        w, h = rng.uniform(80, 300, 2)
-        a, b, c, d = (x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h)
-        lines += [(a, b), (b, c), (c, d), (d, a)]
-        labels += [label(f'{k // 10 + 1}.{k:03d}', x, y), label(f'{w * h / 999:.1f}', x, y + 15)]
-    assert annotated_scale(drawn(lines, labels)) is None
 
 
 def test_doors_contradict_wrong_dimensions():
@@ -126,13 +110,6 @@ def test_scale_bars():
     assert scale.resolution_m == pytest.approx(RESOLUTION, rel=0.003)
     feet = annotated_scale(drawn(*bar(('0', '10', '20', '30 ft'), (0, 10, 20, 30), 0.05)))
     assert feet.resolution_m == pytest.approx(0.05 * 0.3048, rel=0.003)
-
-
-def test_rows_of_numbers_are_no_scale_bars():
-    assert annotated_scale(drawn(*bar(updates=False))) is None
-    assert annotated_scale(drawn(*bar(('0', '5', '10')))) is None  # of what?
-    lines, labels = bar(('0', '5', '10 m'), (0, 3, 10))
-    assert annotated_scale(drawn(lines, labels)) is None
 
 
 def test_a_bar_and_dimensions_that_contradict_say_nothing():
@@ -171,6 +148,29 @@ def test_on_a_page_of_a_pdf(tmp_path):
     pixels_per_point = math.sqrt(np.linalg.det(drawing.A_pixel_image[:, :2]))
     true_m = 50.0 * 0.0254 / 72.0 / pixels_per_point
     assert scale.resolution_m == pytest.approx(true_m, rel=0.004)
+
+
+def test_dimensions_that_do_not_fit_their_lines_say_nothing():
+    assert annotated_scale(drawn(*chain(['6.25', '5.10', '2.90', '7.77']))) is None
+
+
+def test_numbers_of_rooms_are_no_dimensions():
+    rng = np.random.default_rng(5)
+    lines, labels = [], []
+    for k in range(40):
+        x, y = rng.uniform(100, 1900, 2)
+        w, h = rng.uniform(80, 300, 2)
+        a, b, c, d = (x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h)
+        lines += [(a, b), (b, c), (c, d), (d, a)]
+        labels += [label(f'{k // 10 + 1}.{k:03d}', x, y), label(f'{w * h / 999:.1f}', x, y + 15)]
+    assert annotated_scale(drawn(lines, labels)) is None
+
+
+def test_rows_of_numbers_are_no_scale_bars():
+    assert annotated_scale(drawn(*bar(updates=False))) is None
+    assert annotated_scale(drawn(*bar(('0', '5', '10')))) is None  # of what?
+    lines, labels = bar(('0', '5', '10 m'), (0, 3, 10))
+    assert annotated_scale(drawn(lines, labels)) is None
 
 
 @pytest.mark.parametrize('text', ['14.0 m2', '1:100', '15.07.2016', 'Office', 'A-3', '', '12 kg'])

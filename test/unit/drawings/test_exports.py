@@ -10,9 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from fpnet.exports.lines import symbol
 from fpnet.exports.segmented_model import complete_model
-from fpnet.exports.solids import solid_walls
 from fpnet.exports.writing import export_suffix, write_model
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.formats.worker import pack, read_here, unpack
@@ -161,26 +159,6 @@ def test_an_svg_has_solid_walls_with_open_doors(tmp_path):
     x, y = np.rint(millimetres @ A[:, :2].T + A[:, 2]).astype(int).T
     assert drawing.pixels[y, x, 0].tolist() == [0, 0, 0, 255, 255, 255]
     assert {label.text for label in drawing.labels} == set(ROOMS)
-
-
-def test_walls_around_rooms_alone_have_doors_cut_out():
-    (walls,) = (sum(ring_areas(rings) for rings in solid_walls(model(()))),)
-    # Around 0.1 m of each room, of which two partitions share nothing, less both doors.
-    assert walls == pytest.approx(
-        sum((c - a + 0.2) * (d - b + 0.2) - (c - a) * (d - b) for a, b, c, d in ROOMS.values())
-        - 1.9 * 0.2, rel=0.02,
-    )  # fmt: skip
-
-
-def ring_areas(rings):
-    outside, *holes = (abs(cv2.contourArea(ring.astype(np.float32))) for ring in rings)
-    return outside - sum(holes)
-
-
-def test_leaves_open_to_where_they_are_known_to():
-    leaf, arc = symbol(DOORS[0])
-    np.testing.assert_allclose(leaf, [(6.1, 2.9), (7.0, 2.9)])
-    np.testing.assert_allclose(arc[[0, -1]], [(6.1, 2.0), (7.0, 2.9)], atol=1e-9)
 
 
 def drawn_reading():

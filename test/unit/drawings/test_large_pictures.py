@@ -19,47 +19,6 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE
 
-GREY = np.kron(np.random.default_rng(8).integers(0, 256, (40, 60), np.uint8), np.ones((2, 2)))
-
-
-@pytest.fixture
-def few(monkeypatch):
-    monkeypatch.setattr(images, 'WORK_PIXELS', 40 * 60)
-    monkeypatch.setattr(images, '_STRIP_ROWS', 7)
-
-
-@pytest.mark.parametrize('mode', ['L', 'RGB', 'RGBA', 'P', '1', 'I;16'])
-def test_a_pixel_is_the_mean_of_those_that_it_covers(few, tmp_path, mode):
-    levels = np.where(GREY > 127, 255, 0) if mode == '1' else GREY
-    image = Image.fromarray(levels.astype(np.uint8))
-    if mode == 'I;16':
-        image = Image.fromarray(levels.astype(np.uint16) * 257)
-    elif mode != 'L':
-        image = image.convert(mode)
-    image.save(tmp_path / 'a.png')
-    drawing = open_image(tmp_path / 'a.png')
-    assert (drawing.size, drawing.pixels.shape) == ((120, 80), (40, 60, 3))
-    np.testing.assert_allclose(drawing.pixels[..., 0], levels[::2, ::2], atol=1)
-
-
-@pytest.mark.parametrize('code', [1, 3, 6, 8])
-def test_a_reduced_photograph_is_upright_as_well(few, tmp_path, code):
-    image = Image.fromarray(GREY.astype(np.uint8))
-    exif = image.getexif()
-    exif[0x0112] = code
-    image.save(tmp_path / 'a.png', exif=exif)
-    drawing = open_image(tmp_path / 'a.png')
-    assert drawing.size == ((120, 80) if code < 5 else (80, 120))
-    for x, y in ((0, 0), (118, 0), (40, 70)):
-        u, v = (drawing.A_pixel_image @ (x, y, 1) / 2).astype(int)
-        assert drawing.pixels[v, u, 0] == GREY[y, x]
-
-
-def test_a_part_is_read_with_all_its_pixels(few, tmp_path):
-    Image.fromarray(GREY.astype(np.uint8)).save(tmp_path / 'a.png')
-    assert not open_image(tmp_path / 'a.png', crop=(10, 10, 50, 50)).is_reduced
-    assert open_image(tmp_path / 'a.png', crop=(0, 0, 120, 70)).is_reduced
-
 
 def test_places_are_those_of_the_picture_itself(tmp_path, monkeypatch):
     """The planted building at 2.5 cm per pixel, read at 5 cm, with a length and a crop."""
@@ -123,3 +82,31 @@ def test_a_jpeg_is_decoded_at_a_fraction_of_its_size(jpeg_of):
     assert max(drawing.pixels.shape) == pytest.approx(4140, abs=2)
     with pytest.raises(MapFormatError, match='expected at most 500 million'):
         open_image(jpeg_of(40_000, 20_000))
+
+
+GREY = np.kron(np.random.default_rng(8).integers(0, 256, (40, 60), np.uint8), np.ones((2, 2)))
+
+
+@pytest.fixture
+def few(monkeypatch):
+    monkeypatch.setattr(images, 'WORK_PIXELS', 40 * 60)
+    monkeypatch.setattr(images, '_STRIP_ROWS', 7)
+
+
+@pytest.mark.parametrize('code', [1, 3, 6, 8])
+def test_a_reduced_photograph_is_upright_as_well(few, tmp_path, code):
+    image = Image.fromarray(GREY.astype(np.uint8))
+    exif = image.getexif()
+    exif[0x0112] = code
+    image.save(tmp_path / 'a.png', exif=exif)
+    drawing = open_image(tmp_path / 'a.png')
+    assert drawing.size == ((120, 80) if code < 5 else (80, 120))
+    for x, y in ((0, 0), (118, 0), (40, 70)):
+        u, v = (drawing.A_pixel_image @ (x, y, 1) / 2).astype(int)
+        assert drawing.pixels[v, u, 0] == GREY[y, x]
+
+
+def test_a_part_is_read_with_all_its_pixels(few, tmp_path):
+    Image.fromarray(GREY.astype(np.uint8)).save(tmp_path / 'a.png')
+    assert not open_image(tmp_path / 'a.png', crop=(10, 10, 50, 50)).is_reduced
+    assert open_image(tmp_path / 'a.png', crop=(0, 0, 120, 70)).is_reduced

@@ -11,7 +11,6 @@ import pytest
 from fpnet_core.drawings import ocr
 from fpnet_core.drawings.annotations import annotated_scale
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.picture_lines import picture_lines
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.room_texts import printed_of_rooms
 from fpnet_core.drawings.types import Drawing, DrawingScale, Label, ReadOptions, ScaleSource
@@ -153,26 +152,6 @@ def picture(texts, lengths_m=(3.5, 2.2, 4.1, 5.3), at=(100, 120), font_px=22):
     return np.array(image), tuple(labels)
 
 
-def test_arrows_on_a_picture_are_measured():
-    pixels, labels = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
-    scale = annotated_scale(Drawing(pixels, 'a.png', 'png', labels=labels))
-    assert scale.source is ScaleSource.DIMENSIONS
-    assert scale.resolution_m == pytest.approx(PIXEL_M, rel=0.006)
-    assert scale.low_m < PIXEL_M < scale.high_m
-    wrong = picture(['3.5 m', '4.9 m', '1.7 m', '9.2 m'])
-    assert annotated_scale(Drawing(wrong[0], 'a.png', 'png', labels=wrong[1])) is None
-
-
-def test_lines_of_a_picture():
-    pixels, labels = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
-    ends = picture_lines(pixels, labels).ends
-    level = ends[np.abs(ends[:, 0, 1] - ends[:, 1, 1]) < 1.0]
-    lengths_px = np.sort(level[:, 1, 0] - level[:, 0, 0])[-4:]
-    assert lengths_px == pytest.approx(np.array([2.2, 3.5, 4.1, 5.3]) / PIXEL_M, abs=2.0)
-    assert len(picture_lines(pixels, ()).ends) == 0
-    assert len(picture_lines(np.full((50, 60, 3), 255, np.uint8), labels).ends) == 0
-
-
 def test_texts_are_read_only_where_they_may_tell_the_scale(monkeypatch, tmp_path):
     pixels, labels = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
     Image.fromarray(pixels).save(tmp_path / 'a.png')
@@ -208,17 +187,6 @@ def test_a_note_names_the_extra_where_it_would_have_helped(monkeypatch, tmp_path
 
 
 @needs_ocr
-def test_texts_of_a_picture_are_read_where_they_stand():
-    pixels, labels = picture(['3.5 m', '2.20', '410 cm', "17'-5 in"])
-    found = ocr.read_labels(pixels)
-    texts = [each.text.replace(' ', '') for each in found]
-    assert texts[:3] == ['3.5m', '2.20', '410cm']
-    for true, each in zip(labels[:3], found, strict=False):
-        assert np.allclose(each.box, true.box, atol=12)
-    assert ocr.read_labels(np.full((80, 90, 3), 255, np.uint8)) == ()
-
-
-@needs_ocr
 def test_a_picture_tells_its_scale_by_what_is_written_on_it(tmp_path):
     pixels, _ = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
     Image.fromarray(pixels).save(tmp_path / 'a.png')
@@ -240,3 +208,13 @@ def test_names_on_a_picture_are_those_of_its_rooms():
     one, two = printed_of_rooms(ocr.read_labels(np.array(image)), rooms)
     assert (one.name, one.number, one.area_m2) == ('Office', '2.14', 13.2)
     assert (two.name, two.number, two.area_m2) == ('Kitchen', '2.15', None)
+
+
+def test_arrows_on_a_picture_are_measured():
+    pixels, labels = picture(['3.5 m', '2.2 m', '4.1 m', '5.3 m'])
+    scale = annotated_scale(Drawing(pixels, 'a.png', 'png', labels=labels))
+    assert scale.source is ScaleSource.DIMENSIONS
+    assert scale.resolution_m == pytest.approx(PIXEL_M, rel=0.006)
+    assert scale.low_m < PIXEL_M < scale.high_m
+    wrong = picture(['3.5 m', '4.9 m', '1.7 m', '9.2 m'])
+    assert annotated_scale(Drawing(wrong[0], 'a.png', 'png', labels=wrong[1])) is None

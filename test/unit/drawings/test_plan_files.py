@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A reading written as a map, and the map read again."""
 
-from dataclasses import replace
 import json
 
 import numpy as np
@@ -141,7 +140,3 @@ def test_a_flipped_reading_takes_its_pixels_along(reading):
     twice = flipped.flipped()
     np.testing.assert_array_equal(twice.grid.cells, reading.grid.cells)
     np.testing.assert_allclose(twice.H_plan_image, reading.H_plan_image, atol=1e-9)
-
-
-def test_what_is_stated_is_not_estimated(reading):
-    assert replace(reading, scale=replace(GUESS, source=ScaleSource.UNITS)).estimate is None

@@ -18,7 +18,7 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.drawings.wording import said_of
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.maps import cut_of
-from fpnet_core.segmentation import floorplan, segment_floorplan
+from fpnet_core.segmentation import floorplan
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.storey_plans import storey_plans
 from fpnet_core.types import FREE
@@ -67,15 +67,6 @@ def test_a_drawing_is_cut_once_at_its_scale(drawing, cuts, length):
     assert cuts == known
     assert max(known[found.grid.cells.tobytes(), round(found.grid.resolution, 9)], 1) == 1
     assert (len(found.rooms), len(found.doors)) == (7, 6)
-
-
-def test_what_was_cut_to_be_read_is_what_would_be_cut(drawing):
-    reading = read_plan(drawing, ReadOptions(resolution_m=0.05))
-    assert reading.cut is not None
-    again = segment_floorplan(reading.grid, CONFIG.segmentation)
-    np.testing.assert_array_equal(reading.segmentation.labels, again.labels)
-    for one, other in zip(reading.segmentation.regions, again.regions, strict=True):
-        np.testing.assert_allclose(one.polygon, other.polygon)
 
 
 def test_another_configuration_cuts_anew(drawing, cuts):

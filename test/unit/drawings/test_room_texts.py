@@ -78,58 +78,11 @@ def test_a_few_wrong_areas_are_outvoted_and_all_wrong_ones_say_nothing():
     assert most_likely(room_votes(wrong, rooms)) is None
 
 
-@pytest.mark.parametrize(
-    'number', [lambda k: f'2.{k:02d}', lambda k: f'4.{k:03d}', lambda k: str(112 + k)]
-)
-def test_numbers_of_rooms_are_no_areas(number):
-    count = iter(range(99))
-    assert room_votes(*storey(lambda w, h: [number(next(count)), 'Office'])) == []
-
-
-def test_two_areas_in_one_space_are_those_of_its_parts():
-    share = iter(np.linspace(0.1, 0.45, len(SIZES_M)))
-
-    def parts(width_m, height_m):
-        part = next(share)
-        return [f'{k * width_m * height_m:.1f} m2' for k in (part, 1.0 - part)]
-
-    found = most_likely(room_votes(*storey(parts)), Prior(math.log(0.9 * RESOLUTION), 0.12))
-    assert found.resolution_m == pytest.approx(RESOLUTION, rel=0.012)
-
-
-@pytest.mark.parametrize('way', ['point', 'cm without unit'])
-def test_edges_that_rooms_lose_to_walls_are_counted(way):
-    labels, rooms = storey(WAYS[way])
-    whole = most_likely(room_votes(labels, rooms))
-    inner = rooms * (np.roll(rooms, (2, 2), (0, 1)) == rooms)
-    inner = inner * (np.roll(rooms, (-2, -2), (0, 1)) == rooms)
-    assert most_likely(room_votes(labels, inner)).resolution_m > 1.02 * whole.resolution_m
-    same = most_likely(room_votes(labels, inner, edge_px=2.0))
-    assert same.resolution_m == pytest.approx(whole.resolution_m, rel=0.006)
-
-
-def test_what_no_room_surrounds_votes_for_nothing():
-    _, rooms = storey(lambda w, h: [])
-    assert room_votes([], rooms) == []
-    assert room_votes([label('13 m2', 600, 250), label('13 m2', -50, -50)], rooms) == []
-    assert room_votes([label('13 m2', 40, 40)], np.zeros_like(rooms)) == []
-
-
 def cast(log_scales, kind=VoteKind.AREA, first=0):
     return [
         Vote(scale, kind, 2.0 + 0.3 * number, first + number, '', 0.01)
         for number, scale in enumerate(log_scales)
     ]
-
-
-def test_kinds_add_up_and_say_so():
-    scale = math.log(RESOLUTION)
-    three, dimensions = cast([scale] * 3), cast([scale] * 2, VoteKind.DIMENSION, first=7)
-    assert most_likely(three) is None
-    assert most_likely(dimensions) is None
-    both = most_likely([*three, *dimensions])
-    assert both.why == '2 dimensions and 3 room areas agree within 1 %'
-    assert both.counts == {VoteKind.DIMENSION: 2, VoteKind.AREA: 3}
 
 
 def test_texts_that_contradict_each_other_say_nothing():
@@ -139,24 +92,6 @@ def test_texts_that_contradict_each_other_say_nothing():
     assert most_likely(votes[:8]) is not None
     near = [*votes[:8], *cast([scale + 0.01] * 7, VoteKind.DIMENSION, first=20)]
     assert most_likely(near) is not None
-
-
-def test_another_unit_on_the_same_sheet_is_no_contradiction():
-    scale, votes = math.log(RESOLUTION), []
-    for number, value_m in enumerate((2.1, 3.4, 4.9, 6.2, 2.8, 3.9, 5.5, 7.3, 8.4, 9.6)):
-        is_cm = number % 3
-        for unit, factor in (('cm', 1.0), ('mm', 0.1)) if is_cm else (('cm', 10.0), ('mm', 1.0)):
-            off = scale + math.log(factor)
-            votes.append(Vote(off, VoteKind.DIMENSION, factor * value_m, number, unit))
-    assert most_likely(votes).resolution_m == pytest.approx(RESOLUTION, rel=1e-3)
-
-
-def test_doors_make_fewer_texts_enough_where_they_agree():
-    scale = math.log(RESOLUTION)
-    two = [replace(vote, spread=0.004) for vote in cast([scale, scale + 0.003])]
-    assert most_likely(two) is None
-    assert most_likely(two, Prior(scale + 0.1, 0.12)) is not None
-    assert most_likely(two, Prior(scale + 1.0, 0.12)) is None
 
 
 @pytest.mark.parametrize(
@@ -278,3 +213,47 @@ def test_areas_go_before_doors_and_the_user_before_areas():
     assert denied.source is ScaleSource.ESTIMATED
     alike = DrawingScale(0.065, 0.0645, 0.0655, ScaleSource.SCALE_BAR)
     assert resolve_scale(found_with(SaidScale(alike, labels=labels), cells), config)[0] is alike
+
+
+def test_two_areas_in_one_space_are_those_of_its_parts():
+    share = iter(np.linspace(0.1, 0.45, len(SIZES_M)))
+
+    def parts(width_m, height_m):
+        part = next(share)
+        return [f'{k * width_m * height_m:.1f} m2' for k in (part, 1.0 - part)]
+
+    found = most_likely(room_votes(*storey(parts)), Prior(math.log(0.9 * RESOLUTION), 0.12))
+    assert found.resolution_m == pytest.approx(RESOLUTION, rel=0.012)
+
+
+@pytest.mark.parametrize(
+    'number', [lambda k: f'2.{k:02d}', lambda k: f'4.{k:03d}', lambda k: str(112 + k)]
+)
+def test_numbers_of_rooms_are_no_areas(number):
+    count = iter(range(99))
+    assert room_votes(*storey(lambda w, h: [number(next(count)), 'Office'])) == []
+
+
+def test_what_no_room_surrounds_votes_for_nothing():
+    _, rooms = storey(lambda w, h: [])
+    assert room_votes([], rooms) == []
+    assert room_votes([label('13 m2', 600, 250), label('13 m2', -50, -50)], rooms) == []
+    assert room_votes([label('13 m2', 40, 40)], np.zeros_like(rooms)) == []
+
+
+def test_another_unit_on_the_same_sheet_is_no_contradiction():
+    scale, votes = math.log(RESOLUTION), []
+    for number, value_m in enumerate((2.1, 3.4, 4.9, 6.2, 2.8, 3.9, 5.5, 7.3, 8.4, 9.6)):
+        is_cm = number % 3
+        for unit, factor in (('cm', 1.0), ('mm', 0.1)) if is_cm else (('cm', 10.0), ('mm', 1.0)):
+            off = scale + math.log(factor)
+            votes.append(Vote(off, VoteKind.DIMENSION, factor * value_m, number, unit))
+    assert most_likely(votes).resolution_m == pytest.approx(RESOLUTION, rel=1e-3)
+
+
+def test_doors_make_fewer_texts_enough_where_they_agree():
+    scale = math.log(RESOLUTION)
+    two = [replace(vote, spread=0.004) for vote in cast([scale, scale + 0.003])]
+    assert most_likely(two) is None
+    assert most_likely(two, Prior(scale + 0.1, 0.12)) is not None
+    assert most_likely(two, Prior(scale + 1.0, 0.12)) is None

@@ -14,7 +14,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import FREE, OCCUPIED
+from fpnet_core.types import FREE
 from fpnet_lab.evaluation.localization import suite as suite_module
 from fpnet_lab.evaluation.localization.cases import (
     GROUPS,
@@ -26,7 +26,7 @@ from fpnet_lab.evaluation.localization.cases import (
     plain_cases,
     select,
 )
-from fpnet_lab.evaluation.localization.figures import calibration_error, figures, report
+from fpnet_lab.evaluation.localization.figures import figures, report
 from fpnet_lab.evaluation.localization.inputs import MissingDataError, make_inputs
 from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.evaluation.localization.records import (
@@ -36,11 +36,10 @@ from fpnet_lab.evaluation.localization.records import (
     UpdateEstimate,
     belief_errors,
     score,
-    stamp_at_path,
 )
 from fpnet_lab.evaluation.localization.rivals import carried
-from fpnet_lab.evaluation.localization.runs import Job, settings_of
-from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
+from fpnet_lab.evaluation.localization.runs import Job
+from fpnet_lab.evaluation.localization.suite import run_suite
 from fpnet_lab.sim.plans import generate_plan
 
 KEYS = {
@@ -87,15 +86,6 @@ def test_select_takes_groups_and_refuses_unknown_ones():
         select(suite, ['mars'], None)
 
 
-def test_the_estimate_grows_with_the_work_and_shrinks_with_workers():
-    config = FpnetConfig()
-    jobs = [Job(case, config, 0, Path('none')) for case in make_suite(0)]
-    bare = [replace(job, with_baselines=False) for job in jobs]
-    assert estimated_minutes(bare, 1) < estimated_minutes(jobs, 1)
-    assert estimated_minutes(jobs, 2) == pytest.approx(estimated_minutes(jobs, 1) / 2)
-    assert estimated_minutes(jobs[:5], 2) < estimated_minutes(jobs, 2)
-
-
 @pytest.mark.parametrize('distortion', list(Distortion))
 def test_drawn_plans_are_inexact_as_their_group_says(distortion):
     plan = generate_plan(np.random.default_rng(8), 'double_corridor')
@@ -118,27 +108,10 @@ def test_drawn_plans_are_inexact_as_their_group_says(distortion):
     assert np.mean(drawing.grid.cells[rc[:, 0], rc[:, 1]] == FREE) > 0.8
 
 
-def test_changed_walls_are_neither_all_gone_nor_all_there():
-    plan = generate_plan(np.random.default_rng(8), 'double_corridor')
-    exact = draw_plan(plan, Distortion.EXACT, 8).grid.cells
-    changed = draw_plan(plan, Distortion.CHANGED_WALLS, 8).grid.cells
-    assert exact.shape == changed.shape
-    assert np.count_nonzero((exact == OCCUPIED) & (changed == FREE)) > 50
-    assert np.count_nonzero((exact == FREE) & (changed == OCCUPIED)) > 50
-    assert np.count_nonzero(exact != changed) < 0.2 * np.count_nonzero(exact == OCCUPIED)
-
-
 def test_cases_without_their_data_are_missing(tmp_path):
     for kind, building in ((CaseKind.LOG, 'intel'), (CaseKind.MESH, 'willowgarage')):
         with pytest.raises(MissingDataError, match='missing'):
             make_inputs(Case('x', 'logs', kind, building, 0), tmp_path)
-
-
-def test_groups_say_what_is_known_of_the_scale():
-    config = FpnetConfig()
-    unknown = Case('x', 'unknown_scale', CaseKind.GENERATED, 'bays', 0)
-    assert settings_of(unknown, config).pose.scale_tolerance > config.pose.scale_tolerance
-    assert settings_of(replace(unknown, group='exact'), config) == config
 
 
 # A straight drive of 60 m at 1 m/s, a scan each second, on a plan twice as large and turned.
@@ -162,16 +135,6 @@ def run_of(claims, stamps=(10, 30, 50), probabilities=(0.9, 0.9, 0.9)):
     beliefs = tuple(map(UpdateEstimate, stamps_ns, probabilities, claims))
     published = carried(ODOMETRY, stamps_ns, claims)
     return MethodRun(published, ODOMETRY, beliefs, np.array([5.0, 9.0]), np.array([1.0]), 100.0)
-
-
-def test_a_right_run_is_right():
-    record = score(LABELS, run_of([RIGHT_CLAIM] * 3), TRUTH)
-    assert record.is_right
-    assert record.is_tight
-    assert (record.poses, record.wrong_poses) == (51, 0)
-    assert record.path_to_first_pose_m == pytest.approx(10.0)
-    assert record.median_position_error_m == pytest.approx(0.0, abs=1e-9)
-    assert record.beliefs == ((0.9, True),) * 3
 
 
 @pytest.mark.parametrize(
@@ -198,12 +161,6 @@ def test_on_another_building_every_claim_is_false():
     table = figures([record, score(LABELS, run_of([None] * 3), None)])
     assert (table['open_set_false_claims'], table['runs']) == (1, 2)
     assert table['recall_1m_10deg'] is None
-
-
-def test_path_marks_are_stamps_of_scans():
-    assert stamp_at_path(ODOMETRY, 39.9) == STAMPS[40]
-    assert stamp_at_path(ODOMETRY, 39.1) == STAMPS[40]
-    assert stamp_at_path(ODOMETRY, np.inf) == STAMPS[-1]
 
 
 def test_report_has_the_documented_keys_for_every_method_and_group():
@@ -235,13 +192,6 @@ def test_covariances_are_judged_and_rough_drawings_count_in_no_total():
     assert (table['total']['runs'], table['groups']['rough']['runs']) == (1, 1)
     assert table['total']['nees_mean'] == pytest.approx(record.nees_mean, abs=1e-4)
     assert table['groups']['rough']['nees_mean'] is None
-
-
-def test_calibration_error_compares_confidence_with_the_share_that_is_right():
-    assert calibration_error([]) is None
-    assert calibration_error([(0.75, True)] * 3 + [(0.75, False)]) == pytest.approx(0.0)
-    half = [(0.95, True)] * 5 + [(0.95, False)] * 5 + [(0.05, False)] * 10
-    assert calibration_error(half) == pytest.approx(0.5 * 0.45 + 0.5 * 0.05)
 
 
 @pytest.fixture

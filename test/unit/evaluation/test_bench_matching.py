@@ -56,8 +56,3 @@ def test_methods_are_scored_on_the_same_pairs(pairs):
     assert spoiled['match_precision'] == pytest.approx(1 - 4 / sum(sizes))
     assert spoiled['ms'] == pytest.approx(np.mean([1 - 2 / n for n in sizes]))
     assert right['ms_per_pair'] > 0.0
-
-
-def test_no_pairs_give_zeros():
-    figures = score([], predict([], {'right': Oracle([])}))
-    assert figures['right']['ms'] == figures['right']['ts'] == 0.0

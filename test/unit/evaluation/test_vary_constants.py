@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.pose import verify
 
 BENCHMARKS = Path(__file__).resolve().parents[3] / 'benchmarks'
 NAMES = ('A', 'B', 'C', 'D', 'E')
@@ -45,27 +44,13 @@ def test_what_decides_is_found_in_the_direction_that_decides(vary):
     assert names(tried.deciding(every, is_turned=True)) == ['D']
 
 
-def test_what_decides_nothing_takes_one_try(vary):
-    every, tried = trials(vary, lambda up: False)
-    assert names(tried.deciding(every, is_turned=False)) == []
-    assert tried.count == 1
-
-
-def test_what_only_decides_together_is_told_of_all(vary):
-    every, tried = trials(vary, lambda up: {'A', 'E'} <= set(up))
-    assert names(tried.deciding(every, is_turned=False)) == list(NAMES)
-
-
 @pytest.mark.parametrize(
     ('value', 'by', 'expected'),
     [
-        (3, 1.2, 4),
-        (1, 0.8, 0),
-        (0, 0.8, 0),
-        (2.0, 4.0, 8.0),
+        (3, 1.2, 4), (1, 0.8, 0), (0, 0.8, 0), (2.0, 4.0, 8.0),
         ((1, 'a', True), 4.0, (4, 'a', True)),
     ],
-)
+)  # fmt: skip
 def test_whole_numbers_move_by_one_at_least(vary, value, by, expected):
     assert vary.scaled(value, by) == expected
 
@@ -76,12 +61,3 @@ def test_a_constant_is_changed_wherever_it_was_imported_to(vary):
         'fpnet_core.pose.verify',
         'fpnet_core.pose.estimate',
     }
-
-
-def test_names_that_kernels_look_up_count_as_those_of_their_callers(vary):
-    code = verify._forward_scores.__code__
-    found = vary.lookups([(verify.__name__, code)])
-    kernels = [name for name in code.co_names if hasattr(getattr(verify, name, None), 'py_func')]
-    assert kernels
-    inner = getattr(verify, kernels[0]).py_func.__code__.co_names
-    assert {(verify.__name__, name) for name in inner} <= found

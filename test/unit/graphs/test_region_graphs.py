@@ -19,7 +19,6 @@ from fpnet_core.graphs.features import (
     fourier_descriptors,
     graph_centre,
     hu_moments,
-    resample_outline,
 )
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -113,31 +112,11 @@ def test_shape_descriptors_ignore_similarity_and_start_vertex(polygon):
     assert fourier_descriptors(moved) == pytest.approx(fourier_descriptors(polygon), abs=0.03)
 
 
-def test_shape_descriptors_tell_shapes_and_mirror_images_apart():
-    assert np.abs(hu_moments(L_SHAPE) - hu_moments(RECTANGLE)).max() > 0.2
-    assert np.abs(fourier_descriptors(L_SHAPE) - fourier_descriptors(RECTANGLE)).max() > 0.2
-    mirrored = (L_SHAPE * [-1, 1])[::-1]
-    assert hu_moments(mirrored)[6] == pytest.approx(-hu_moments(L_SHAPE)[6], abs=1e-6)
-
-
 def test_hu_moments_of_a_rectangle_have_the_closed_form():
     # h1 = (w^2 + h^2) / (12 w h), h2 = ((w^2 - h^2) / (12 w h))^2, for w=4, h=3.
     h1, h2 = 25 / 144, (7 / 144) ** 2
     expected = [math.log1p(h1 / 0.01), math.log1p(h2 / 0.01), 0, 0, 0, 0, 0]
     assert hu_moments(RECTANGLE) == pytest.approx(expected, abs=1e-5)
-
-
-def test_fourier_descriptors_of_a_circle_and_a_point():
-    angle = np.linspace(0, 2 * np.pi, 512, endpoint=False)
-    circle = np.stack([3 + 2 * np.cos(angle), 1 + 2 * np.sin(angle)], axis=1)
-    assert fourier_descriptors(circle) == pytest.approx(np.zeros(15), abs=0.01)
-    assert fourier_descriptors(np.ones((4, 2))).tolist() == [0.0] * 15
-
-
-def test_outline_samples_are_even():
-    samples = resample_outline(RECTANGLE, 14)
-    assert samples[:3].tolist() == [[0, 0], [1, 0], [2, 0]]
-    assert samples[-1] == pytest.approx([0, 1])
 
 
 def test_features_ignore_translation_and_turn_positions_with_the_frame():
@@ -152,3 +131,17 @@ def test_features_ignore_translation_and_turn_positions_with_the_frame():
     assert after[:, HU] == pytest.approx(before[:, HU], abs=1e-2)
     assert after[:, AREA] == pytest.approx(before[:, AREA], abs=1e-5)
     assert after[:, FOURIER] == pytest.approx(before[:, FOURIER], abs=0.25)
+
+
+def test_shape_descriptors_tell_shapes_and_mirror_images_apart():
+    assert np.abs(hu_moments(L_SHAPE) - hu_moments(RECTANGLE)).max() > 0.2
+    assert np.abs(fourier_descriptors(L_SHAPE) - fourier_descriptors(RECTANGLE)).max() > 0.2
+    mirrored = (L_SHAPE * [-1, 1])[::-1]
+    assert hu_moments(mirrored)[6] == pytest.approx(-hu_moments(L_SHAPE)[6], abs=1e-6)
+
+
+def test_fourier_descriptors_of_a_circle_and_a_point():
+    angle = np.linspace(0, 2 * np.pi, 512, endpoint=False)
+    circle = np.stack([3 + 2 * np.cos(angle), 1 + 2 * np.sin(angle)], axis=1)
+    assert fourier_descriptors(circle) == pytest.approx(np.zeros(15), abs=0.01)
+    assert fourier_descriptors(np.ones((4, 2))).tolist() == [0.0] * 15

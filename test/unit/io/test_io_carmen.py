@@ -4,7 +4,6 @@
 
 import gzip
 
-from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -107,19 +106,6 @@ def test_broken_archives_are_named(tmp_path, data):
     (tmp_path / 'a.log.gz').write_bytes(data)
     with pytest.raises(CloudFormatError, match='cannot read laser log'):
         open_scans(tmp_path / 'a.log.gz')
-
-
-def test_mutated_logs_never_escape_the_error_type(tmp_path):
-    good = (flaser(np.linspace(1, 9, 181)) * 2).encode()
-    rng = np.random.default_rng(4)
-    for _ in range(200):
-        (tmp_path / 'a.log').write_bytes(with_flipped_bytes(good, rng, 3))
-        try:
-            for scan in open_scans(tmp_path / 'a.log'):
-                assert np.isfinite(scan.points).all()
-                assert np.isfinite(scan.T_odom_sensor).all()
-        except CloudFormatError:
-            continue
 
 
 def test_logs_that_unpack_to_more_than_the_limit_are_refused(tmp_path, monkeypatch):

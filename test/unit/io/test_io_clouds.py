@@ -4,7 +4,6 @@
 
 import struct
 
-from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -125,31 +124,12 @@ def test_damaged_files_are_named(tmp_path, name, data, message):
         read_cloud(tmp_path / name)
 
 
-def test_pickled_arrays_are_refused(tmp_path):
-    np.save(tmp_path / 'a.npy', np.array([object()]), allow_pickle=True)
-    with pytest.raises(CloudFormatError):
-        read_cloud(tmp_path / 'a.npy')
-
-
 def test_missing_and_empty(tmp_path):
     with pytest.raises(CloudFormatError, match='No such file'):
         read_cloud(tmp_path / 'a.ply')
     np.save(tmp_path / 'a.npy', np.zeros((0, 3)))
     with pytest.raises(CloudFormatError, match='no finite point'):
         read_cloud(tmp_path / 'a.npy')
-
-
-@pytest.mark.filterwarnings('ignore')
-@pytest.mark.parametrize('name', FILES)
-def test_mutated_files_never_escape_the_error_type(tmp_path, name):
-    good, path = FILES[name], tmp_path / name
-    rng = np.random.default_rng(17)
-    for _ in range(200):
-        path.write_bytes(with_flipped_bytes(good, rng, rng.integers(1, 5), is_cut=True))
-        try:
-            assert np.isfinite(read_cloud(path)).all()
-        except CloudFormatError:
-            continue
 
 
 @pytest.mark.parametrize(

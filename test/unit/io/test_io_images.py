@@ -29,10 +29,6 @@ def building(outside=255, line=0, free=255):
     return picture
 
 
-def shares(cells):
-    return [float((cells == value).mean()) for value in (FREE, OCCUPIED, UNKNOWN)]
-
-
 @pytest.mark.parametrize('outside', [255, 205, 180, 127])
 @pytest.mark.parametrize('line', [0, 100])
 def test_outside_is_unknown_whatever_its_shade(outside, line):
@@ -49,16 +45,6 @@ def test_light_walls_on_a_darker_outside():
     cells = interpret(building(outside=178, line=170), RESOLUTION_M)
     assert (cells[60, 148:151] == OCCUPIED).all()
     assert cells[5, 5] == UNKNOWN
-
-
-def test_robot_map_with_grey_unknown():
-    """Free 254, unknown 205, occupied 0, frontier without a wall."""
-    picture = building(outside=205, free=254)
-    picture[40:160, 150:260] = 205
-    cells = interpret(picture, RESOLUTION_M)
-    assert (cells[60, 43:148] == FREE).all()
-    assert (cells[100, 152:] == UNKNOWN).all()
-    assert cells[60, 149] == OCCUPIED
 
 
 def test_a_robot_map_of_two_tones_has_walls_where_its_free_space_ends():
@@ -178,12 +164,6 @@ def test_a_recess_as_wide_as_its_mouth_is_outside():
     assert closed[100, 210] == FREE
 
 
-def test_turned_drawing_gives_the_turned_answer():
-    picture = building(outside=255)
-    turned = interpret(np.rot90(picture).copy(), RESOLUTION_M)
-    np.testing.assert_array_equal(turned, np.rot90(interpret(picture, RESOLUTION_M)))
-
-
 @pytest.mark.parametrize('level', [0, 60, 120])
 def test_dark_picture_has_no_free_space(level):
     with pytest.raises(MapFormatError, match='no free space'):
@@ -205,11 +185,3 @@ def test_transparent_is_white():
     pixels = np.zeros((2, 2, 4), np.float32)
     pixels[0, 0, 3] = 1.0
     np.testing.assert_array_equal(grey_levels(pixels), [[0, 255], [255, 255]])
-
-
-def test_shares_are_stable():
-    """The picture is 25.7% room, so a change of meaning shows here at once."""
-    free, occupied, unknown = shares(interpret(building(), RESOLUTION_M))
-    assert free == pytest.approx(0.403, abs=0.002)
-    assert occupied == pytest.approx(0.036, abs=0.002)
-    assert unknown == pytest.approx(0.561, abs=0.002)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The PointCloud2 codec against every way in which drivers lay out, or break, a cloud."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -53,11 +51,6 @@ def test_viewpoints_make_the_round_trip_and_go_with_their_points():
         encode_points(POINTS, viewpoints=begins[:2])
 
 
-def test_float32_times_are_written_as_such():
-    fields, step, _ = encode_points(POINTS, time_s=np.zeros(3, dtype=np.float32))
-    assert (fields[-1].datatype, step) == (7, 16)
-
-
 @pytest.mark.parametrize('code', DATATYPES)
 @pytest.mark.parametrize('order', ['<', '>'])
 def test_every_datatype_in_both_byte_orders(code, order):
@@ -83,18 +76,6 @@ def test_padding_within_points_and_rows_and_swapped_fields():
     np.testing.assert_array_equal(cloud.points, expected)
 
 
-@pytest.mark.parametrize(
-    'as_buffer', [bytes, bytearray, memoryview, lambda b: np.frombuffer(b, dtype=np.uint8)]
-)
-def test_any_buffer_is_accepted(as_buffer):
-    np.testing.assert_array_equal(decode(data=as_buffer(POINTS.tobytes())).points, POINTS)
-
-
-def test_fields_of_any_class_are_accepted():
-    fields = [SimpleNamespace(name=f.name, offset=f.offset, datatype=7, count=0) for f in XYZ]
-    np.testing.assert_array_equal(decode(fields).points, POINTS)
-
-
 def test_nan_and_infinity_are_dropped_with_their_times():
     points = POINTS.copy()
     points[0, 2], points[2, 0] = np.nan, -np.inf
@@ -117,22 +98,11 @@ def test_zeros_are_no_returns_and_their_times_of_zero_do_not_stretch_the_sweep()
     assert cloud.first_s == 1.75e9
 
 
-def test_double_beyond_float_is_dropped_without_a_warning():
-    values = np.array([[1e300, 0.0, 0.0], [1.0, 2.0, 3.0]])
-    fields = [PointField(name, 8 * k, 8) for k, name in enumerate('xyz')]
-    cloud = decode(fields, values.tobytes(), 24, None, 2)
-    np.testing.assert_array_equal(cloud.points, [[1.0, 2.0, 3.0]])
-
-
 @pytest.mark.parametrize(('width', 'height'), [(0, 1), (0, 0), (5, 0)])
 def test_no_points_are_empty_arrays(width, height):
     cloud = decode(data=b'', width=width, height=height, row=0)
     assert cloud.points.shape == (0, 3)
     assert cloud.time_s is None
-
-
-def test_row_step_zero_stands_for_no_padding():
-    np.testing.assert_array_equal(decode(row=0).points, POINTS)
 
 
 @pytest.mark.parametrize(
@@ -202,30 +172,3 @@ def test_unusable_times_are_none(raw):
 def test_encode_rejects_wrong_shapes(arguments, message):
     with pytest.raises(CloudFormatError, match=message):
         encode_points(**arguments)
-
-
-def test_mutated_headers_never_escape_the_error_type():
-    """Seeded fuzzing: whatever the numbers say, it is a cloud or a CloudFormatError."""
-    rng = np.random.default_rng(20260314)
-    fields, step, data = encode_points(POINTS, np.ones(3), np.arange(3), np.linspace(0, 0.1, 3))
-    for _ in range(2000):
-        broken = [
-            PointField(
-                f.name,
-                int(rng.integers(-5, 40)),
-                int(rng.integers(0, 10)),
-                int(rng.integers(0, 3)),
-            )
-            if rng.random() < 0.2
-            else f
-            for f in fields
-        ]
-        numbers = [step, 3 * step, 3, 1]
-        numbers[int(rng.integers(4))] = int(rng.integers(-2, 200))
-        cut = data[: int(rng.integers(0, len(data) + 1))]
-        try:
-            cloud = decode_points(broken, cut, *numbers, bool(rng.random() < 0.5))
-        except CloudFormatError:
-            continue
-        assert np.isfinite(cloud.points).all()
-        assert cloud.time_s is None or len(cloud.time_s) == len(cloud.points)

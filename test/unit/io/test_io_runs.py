@@ -165,11 +165,7 @@ def outputs(draw):
     return LocalizerOutput(**drawn)
 
 
-COMPOSED = {
-    Segmentation: segmentations,
-    RegionGraph: region_graphs,
-    LocalizerOutput: outputs,
-}
+COMPOSED = {Segmentation: segmentations, RegionGraph: region_graphs, LocalizerOutput: outputs}
 
 
 def assert_equal(a, b):

@@ -31,11 +31,6 @@ def test_tum_lines_are_what_other_tools_read(tmp_path):
     )
 
 
-def test_no_poses_write_an_empty_file(tmp_path):
-    write_tum(tmp_path / 'a.tum', [], np.zeros((0, 2)), [])
-    assert (tmp_path / 'a.tum').read_text() == ''
-
-
 def test_layouts_are_told_by_columns(tmp_path):
     c, s = np.cos(0.3), np.sin(0.3)
     tum = f'# t x y z q\n5.25 1 2 3 0 0 {np.sin(0.15)} {np.cos(0.15)}\n'

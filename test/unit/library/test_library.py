@@ -11,8 +11,7 @@ import pytest
 
 from fpnet.library import PlanLibrary, plan_of
 from fpnet.library.files import plan_files, share_of
-from fpnet.library.keypoints import PERIOD, KeypointKind, Keypoints, keypoints_of
-from fpnet.library.words import pairs_of_plan, pairs_of_query
+from fpnet.library.keypoints import KeypointKind, keypoints_of
 from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
@@ -120,13 +119,6 @@ def test_an_l_shaped_room_has_five_corners_into_it_and_one_around_it():
     assert np.isclose(
         found.angle[found.kind == KeypointKind.REFLEX] % (2 * np.pi), np.pi / 4, atol=0.01
     )
-
-
-def test_words_stay_the_same_however_a_map_lies(buildings):
-    lying = pairs_of_plan(keypoints_of(cut(*buildings[0])))
-    query = pairs_of_query(keypoints_of(cut(*buildings[0], yaw=2.1, shift=(30.0, -8.0))))
-    assert len(lying) > 100
-    assert np.isin(lying.word, query.word).mean() > 0.99
 
 
 def test_the_building_of_a_part_is_proposed_first_however_it_lies(buildings, library):
@@ -240,11 +232,6 @@ def test_a_folder_without_a_library_says_how_to_make_one(tmp_path):
         PlanLibrary.open(tmp_path / 'none')
 
 
-def test_a_library_of_nothing_is_none():
-    with pytest.raises(LibraryError, match='at least one'):
-        PlanLibrary.of([])
-
-
 def test_plans_are_found_at_any_depth_and_an_image_beside_its_yaml_is_no_other_one(tmp_path):
     (tmp_path / 'deep').mkdir()
     names = ('a.png', 'deep/b.pdf', 'deep/c.yaml', 'deep/c.png', 'notes.txt')
@@ -271,12 +258,3 @@ def test_what_lies_beside_a_map_is_no_other_plan_and_other_yamls_are_none(tmp_pa
     assert ['camera.yaml' in said and 'metadata.yaml' in said for said in caplog.messages] == [
         True
     ]
-
-
-def test_keypoints_keep_their_meaning_in_files_of_whole_numbers(library):
-    shard = library.parts[0].shard
-    own = slice(int(shard.firsts[3]), int(shard.firsts[4]))
-    assert shard.xy[own].dtype == np.int16
-    assert len(shard.kind[own]) > 0
-    assert PERIOD.shape == (len(KeypointKind),)
-    assert Keypoints(np.zeros((1, 2)), np.zeros(1), np.zeros(1)).scaled(2.0).kind.tolist() == [0]

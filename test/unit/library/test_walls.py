@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fpnet.library import PlanLibrary, plan_of
-from fpnet.library.walls import SeenWalls, packed, plan_walls, seen_walls, unpacked
+from fpnet.library.walls import SeenWalls, plan_walls, seen_walls
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.segmentation import STATED_SCALE, segment_floorplan
@@ -38,15 +38,6 @@ def at(yaw=0.0, x=0.0, y=0.0, scale=1.0):
     return Placements([scale * SE2.from_xy_yaw(x, y, yaw).linear], [[x, y]])
 
 
-def test_a_coarse_raster_comes_back_from_its_bytes(plan):
-    walls = plan_walls(plan)
-    again = unpacked(packed(walls), walls.shape)
-    assert (again == walls.cells).all()
-    assert (walls.cells == OCCUPIED).any()
-    assert (walls.cells == FREE).any()
-    assert len(packed(walls)) < 600
-
-
 def test_walls_fit_where_they_lie_on_walls_and_nowhere_else(plan):
     walls, seen = plan_walls(plan), SeenWalls.of(seen_walls(plan))
     own = seen.laid(walls, at())[0][0]
@@ -54,19 +45,6 @@ def test_walls_fit_where_they_lie_on_walls_and_nowhere_else(plan):
     assert seen.laid(walls, at(yaw=0.05, x=0.3, y=-0.2))[0][0] > 0.8 * own  # is moved onto them
     for other in (at(yaw=np.pi), at(x=3.0), at(y=4.0), at(x=100.0)):
         assert seen.laid(walls, other)[0][0] < 0.5 * own
-
-
-def test_a_raster_fits_however_its_frame_lies_and_whatever_its_units_are(plan):
-    turned = segment_floorplan(storey(yaw=0.7), FpnetConfig().segmentation)
-    half = replace(storey(), resolution=CELL_M / 2, T_frame_grid=SE2.from_xy_yaw(1.5, -1.0, 0.0))
-    seen = SeenWalls.of(seen_walls(plan))
-    assert seen.laid(plan_walls(turned), at(yaw=0.7))[0][0] > 0.8
-    small = plan_walls(replace(plan, grid=half, regions=_halved(plan)), 2.0)
-    assert seen.laid(small, at())[0][0] > 0.9
-
-
-def _halved(plan):
-    return tuple(replace(r, polygon=r.polygon / 2, centroid=r.centroid / 2) for r in plan.regions)
 
 
 def test_of_two_plans_with_the_same_doors_and_corners_the_walls_tell_the_right_one(plan):

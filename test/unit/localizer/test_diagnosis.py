@@ -17,15 +17,13 @@ from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSourc
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Localizer, match_maps, replay
-from fpnet_core.localizer.diagnosis import _straight_m, explain_match, explain_run
-from fpnet_core.localizer.drift import drift_of
+from fpnet_core.localizer.diagnosis import explain_match, explain_run
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.scoring.findings import DoubleWalls, TurningWalls
 from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.scoring.reasons import MIRRORED, UPSIDE_DOWN
 from fpnet_core.segmentation.moved import rescaled
-from fpnet_core.submaps import SubmapBuilder, submap_from_grid
-from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import OCCUPIED, CauseKind, Status
 from fpnet_lab.evaluation.localization.cases import plain_cases
 from fpnet_lab.evaluation.localization.inputs import make_plan
 
@@ -192,38 +190,6 @@ def test_odometry_that_flips_is_named(matcher):
     assert cause.next == 'fpnet doctor drive'
 
 
-def submaps_of(scans, every=5):
-    """Return ticks that have seen the scans and compared them with nothing."""
-    builder, outputs = SubmapBuilder(CONFIG.submap), []
-    for index, (points, pose, stamp_ns) in enumerate(scans):
-        builder.add_scan(points, pose, stamp_ns)
-        if index % every == every - 1:
-            outputs.append(LocalizerOutput(stamp_ns, Status.WAITING, submap=builder.take()))
-    return outputs
-
-
-def test_walls_seen_again_lie_where_they_were_or_beside():
-    there = recorded()[: len(recorded()) // 2]
-    last_ns = there[-1][2]
-    back = [(p, pose, last_ns + k * 200_000_000) for k, (p, pose, _) in enumerate(there[::-1], 1)]
-    assert drift_of(submaps_of(there + back)) is None
-    moved = SE2.from_xy_yaw(0.8, -0.5, 0.1).as_matrix4()
-    beside = [(points, moved @ pose, stamp) for points, pose, stamp in back]
-    drift = drift_of(submaps_of(there + beside))
-    assert isinstance(drift, DoubleWalls)
-    assert drift.turn_deg == pytest.approx(np.rad2deg(0.1), abs=1.0)
-    assert drift.after > drift.before
-
-
-def test_walls_that_turn_with_every_metre():
-    drift = drift_of(submaps_of(turning(2.5)))
-    assert isinstance(drift, TurningWalls)
-    assert drift.turn_deg == pytest.approx(2.5 * drift.path_m, rel=0.25)
-    assert drift_of(submaps_of(recorded())) is None
-    assert drift_of(submaps_of(standing())) is None
-    assert drift_of([]) is None
-
-
 def test_a_claim_needs_no_cause(matcher):
     run = drive_on(plan_grid(), matcher)
     assert run.outputs[-1].status is Status.LOCALIZED
@@ -263,16 +229,3 @@ def test_two_maps_say_why_they_do_not_match(matcher, other_plan):
         match = match_maps(plan, seen, matcher, CONFIG, True, True)
         causes = explain_match(match, matcher, CONFIG, invocation=ASKED)
         assert causes[0].kind is kind
-
-
-@pytest.mark.parametrize(
-    ('drift', 'way_m'),
-    [
-        (DoubleWalls(0.1, 1.0, 40.0, 0.4, 0.9), 40.0),
-        (DoubleWalls(0.1, 6.0, 40.0, 0.4, 0.9), 20.0),
-        (DoubleWalls(3.0, 1.0, 40.0, 0.4, 0.9), 4.0),
-        (TurningWalls(30.0, 40.0), 4.0),
-    ],
-)
-def test_what_was_seen_before_drift_is_told_by_its_turn_and_its_shift(drift, way_m):
-    assert _straight_m(drift) == pytest.approx(way_m)

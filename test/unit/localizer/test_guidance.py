@@ -74,40 +74,11 @@ def test_of_equal_halves_no_look_tells_anything(plan, p):
     assert next_look(plan, halves, robot()) is None
 
 
-def test_a_mirrored_plan_is_to_be_flipped_first(plan):
-    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
-    assert next_look(plan, replace(seen, is_mirrored=True), robot()) is None
-
-
-def test_ways_keep_off_walls_that_were_seen_where_none_is_drawn(plan):
-    """The best placement draws the corridor half a metre beside where it was seen."""
-    seen = output((12.0, 0.5, 0.0), (LONG_M - 7.0, 0.5, 0.0), p=[0.5, 0.5])
-    found = next_look(plan, seen, robot())
-    inside = np.abs(found.way_odom[:, 0]) < SEEN_M
-    assert (np.abs(found.way_odom[inside, 1]) < 0.5 * WIDE_M - 0.15).all()
-
-
-def test_walls_drawn_a_little_behind_where_they_were_seen_are_not_new(plan):
-    whole = corridor(-12.0, 12.0, True)
-    submap = Submap(whole, np.zeros(whole.shape, np.bool_), np.zeros((1, 2)))
-    off = replace(output((12.0, 0.2, 0.0), p=[0.6]), submap=submap)
-    assert next_look(plan, off, robot()) is None
-
-
 def test_one_place_is_made_sure_by_more_of_what_the_plan_shows(plan):
     found = next_look(plan, output((8.0, 0.0, 0.0), p=[0.6]), robot())
     assert abs(found.way_odom[-1, 0]) > 1.0
     assert found.gain_nats > 0.1
     assert found.words.endswith('unobserved parts of the plan are visible there')
-
-
-def test_where_it_has_been_it_is_not_sent_again(plan):
-    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
-    first = next_look(plan, seen, robot())
-    been = replace(seen, submap=replace(seen.submap, path_xy=first.way_odom))
-    again = next_look(plan, been, robot())
-    away = np.linalg.norm(first.way_odom[-1] - again.way_odom[-1])
-    assert away > 1.0
 
 
 def test_nothing_is_said_where_a_claim_stands_or_nothing_was_found(plan):
@@ -125,3 +96,17 @@ def test_nothing_is_said_where_there_is_no_way(plan):
     far = SE2.from_xy_yaw(500.0, 0.0, 0.0).as_matrix4()
     assert next_look(plan, nowhere, robot()) is None
     assert next_look(plan, seen, far) is None
+
+
+def test_a_mirrored_plan_is_to_be_flipped_first(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    assert next_look(plan, replace(seen, is_mirrored=True), robot()) is None
+
+
+def test_where_it_has_been_it_is_not_sent_again(plan):
+    seen = output((12.0, 0.0, 0.0), (LONG_M - 7.0, 0.0, 0.0), p=[0.5, 0.5])
+    first = next_look(plan, seen, robot())
+    been = replace(seen, submap=replace(seen.submap, path_xy=first.way_odom))
+    again = next_look(plan, been, robot())
+    away = np.linalg.norm(first.way_odom[-1] - again.way_odom[-1])
+    assert away > 1.0

@@ -9,11 +9,10 @@ import pytest
 
 from fpnet.report.moments import shown_ticks
 from fpnet_core.config import load_config
-from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Replay, create_localizer
 from fpnet_core.localizer.diagnosis import explain_run
-from fpnet_core.localizer.kept import KeptPoses, is_brief
+from fpnet_core.localizer.kept import is_brief
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.types import CauseKind
 
@@ -77,15 +76,3 @@ def test_causes_are_told_from_what_is_kept():
     told = [explain_run(each, plan, matcher, CONFIG) for each in (given, run.outputs)]
     assert [cause.said for cause in told[0]] == [cause.said for cause in told[1]]
     assert told[0][0].kind is CauseKind.MIRRORED
-
-
-def test_poses_are_kept_as_numbers():
-    kept = KeptPoses()
-    assert len(kept.trajectory()) == 0
-    kept.append(3, SE2.from_xy_yaw(1.0, -2.0, 0.5))
-    kept.append(7, SE2.from_xy_yaw(4.0, 5.0, -0.5))
-    assert (len(kept), kept.first_ns, kept.last_ns) == (2, 3, 7)
-    trajectory = kept.trajectory()
-    assert trajectory.stamps_ns.tolist() == [3, 7]
-    assert trajectory.xy.tolist() == [[1.0, -2.0], [4.0, 5.0]]
-    assert trajectory.yaw == pytest.approx([0.5, -0.5])

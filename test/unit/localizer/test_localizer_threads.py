@@ -77,11 +77,7 @@ def test_scans_are_added_and_poses_asked_for_in_the_meantime(stopped):
 
 @pytest.mark.parametrize(
     'overtake',
-    [
-        lambda localizer: localizer.set_plan(plan_grid()),
-        Localizer.reset,
-        Localizer.relocalize,
-    ],
+    [lambda localizer: localizer.set_plan(plan_grid()), Localizer.reset, Localizer.relocalize],
 )
 def test_a_tick_that_was_overtaken_claims_nothing(stopped, overtake):
     localizer, matcher, update = stopped
@@ -90,14 +86,6 @@ def test_a_tick_that_was_overtaken_claims_nothing(stopped, overtake):
     assert finish(matcher, update).status is Status.WAITING
     assert localizer.output.status is Status.WAITING
     assert len(localizer.output.estimates) == 0
-
-
-def test_a_tick_that_a_word_has_overtaken_changes_nothing(stopped):
-    localizer, matcher, update = stopped
-    said = localizer.output
-    localizer.suggest(PoseHint(SE2.identity(), SE2.identity()))
-    assert localizer.output is said, 'the claim stands until the word is weighed'
-    assert finish(matcher, update) is said
 
 
 def test_a_new_odometry_frame_overtakes_a_tick(stopped):
@@ -179,3 +167,11 @@ def test_scans_ticks_and_looks_from_three_threads_end_as_one_after_the_other():
     plans = [id(look.plan.given) for look in looks]
     assert len(set(plans)) <= 2
     assert plans == sorted(plans, key=plans.index), 'an old plan never comes back'
+
+
+def test_a_tick_that_a_word_has_overtaken_changes_nothing(stopped):
+    localizer, matcher, update = stopped
+    said = localizer.output
+    localizer.suggest(PoseHint(SE2.identity(), SE2.identity()))
+    assert localizer.output is said, 'the claim stands until the word is weighed'
+    assert finish(matcher, update) is said

@@ -23,27 +23,6 @@ def segmentation():
     return segment_floorplan(moved, SegmentationConfig())
 
 
-def test_twice_mirrored_is_the_same(segmentation):
-    again = mirrored_rooms(mirrored_rooms(segmentation))
-    assert np.array_equal(again.grid.cells, segmentation.grid.cells)
-    assert np.array_equal(again.labels, segmentation.labels)
-    for region, expected in zip(again.regions, segmentation.regions, strict=True):
-        assert region.polygon == pytest.approx(expected.polygon)
-        assert region.centroid == pytest.approx(expected.centroid)
-    for portal, expected in zip(again.portals, segmentation.portals, strict=True):
-        assert portal.ends == pytest.approx(expected.ends)
-
-
-def test_rooms_lie_on_their_cells_and_run_counter_clockwise(segmentation):
-    mirrored = mirrored_rooms(segmentation)
-    assert len(mirrored.rooms) >= 10
-    for room in mirrored.rooms:
-        x, y = room.polygon.T
-        assert np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)) > 0.0
-        own = np.argwhere(mirrored.labels == room.id + 1)
-        assert mirrored.grid.rc_to_xy(own).mean(axis=0) == pytest.approx(room.centroid, abs=0.2)
-
-
 def test_it_is_what_cutting_the_mirrored_drawing_gives(segmentation):
     mirrored = mirrored_rooms(segmentation)
     cut = segment_floorplan(segmentation.grid.mirrored(), SegmentationConfig())

@@ -80,20 +80,6 @@ def test_a_robot_that_is_set_down_elsewhere_is_nowhere_near():
     assert broken.probability < 0.5
 
 
-def test_new_rooms_contradict_nothing_where_nobody_knows_them():
-    (x, y, _), rng = drive()[5], np.random.default_rng(3)
-    following = Following(recorded()[:AT], knows_all=False)
-    few = scan((x, y), 1.1, rng)[::9]
-    assert following.take(*moved(0.0, 0.0, 0.0, points=few)) is None
-
-
-def test_seconds_without_a_scan_break_nothing_where_the_odometry_went_on():
-    scans = recorded()
-    following = Following(scans[:AT])
-    points, T_odom_sensor, _ = scans[AT + 8]
-    assert following.take(points, T_odom_sensor, scans[AT - 1][2] + 5 * 10**9) is None
-
-
 def test_an_odometry_that_was_blind_for_seconds_is_found_out():
     """It thinks that the robot has hardly moved."""
     scans = recorded()
@@ -113,6 +99,13 @@ def test_people_who_hide_half_of_the_walls_break_nothing():
     crowd = points.copy()
     crowd[: len(points) // 2] *= 0.3
     assert following.take(crowd, T_odom_sensor, stamp_ns) is None
+
+
+def test_seconds_without_a_scan_break_nothing_where_the_odometry_went_on():
+    scans = recorded()
+    following = Following(scans[:AT])
+    points, T_odom_sensor, _ = scans[AT + 8]
+    assert following.take(points, T_odom_sensor, scans[AT - 1][2] + 5 * 10**9) is None
 
 
 def test_a_scanner_that_sees_nothing_leaves_it_to_the_motion():

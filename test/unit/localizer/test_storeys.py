@@ -18,10 +18,9 @@ from fpnet_core.config import load_config
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import GlobalLocalizer, Localizer, StoreyPlan
-from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.prepared_maps import StageTimer
-from fpnet_core.localizer.storeys import prepared_storeys, weights_of_word, with_priors
+from fpnet_core.localizer.storeys import prepared_storeys
 from fpnet_core.localizer.tracking import HypothesisTracker
 from fpnet_core.localizer.update import update
 from fpnet_core.localizer.update_state import Observation, UpdateState
@@ -110,21 +109,6 @@ def test_a_word_on_the_storey_proves_nothing():
     assert {o.storey for o in claims} == {'true'}
 
 
-@pytest.mark.parametrize('others', [1, 3, 11])
-def test_a_storey_that_is_left_alone_is_as_probable_as_a_plan(others):
-    drawn = Floorplan.prepared(plan_grid(), CONFIG)
-    plan, *rest = (replace(drawn, name=str(k)) for k in range(others + 1))
-    even = with_priors(plan, {each.name: 0.4 for each in (plan, *rest)})
-    names = [each.name for each in (plan, *rest)]
-    left = with_priors(plan, weights_of_word(plan.name, names))
-    assert even.log_prior == pytest.approx(0.0)
-    assert left.log_prior == pytest.approx(0.0, abs=0.02)
-    named = weights_of_word(plan.name, names)
-    shut = named | {'1': named[plan.name]}
-    two = with_priors(plan, shut), with_priors(rest[0], shut)
-    assert [each.log_prior for each in two] == pytest.approx([0.0, 0.0], abs=0.02)
-
-
 def hint_at(index, storey):
     """Return somebody's word on where the robot was at a scan, on the true storey's plan."""
     _, T_odom_sensor, _ = recorded()[index]
@@ -155,18 +139,6 @@ def test_an_initial_pose_without_a_storey_is_on_the_one_in_force():
     claims = [o for o in run(localizer, recorded()[45:]) if o.status is Status.LOCALIZED]
     assert claims
     assert {o.storey for o in claims} == {'true'}
-
-
-def test_a_robot_that_leaves_begins_anew_where_it_may_be():
-    localizer = new(TRUE, OTHER)
-    run(localizer)
-    localizer.leave_storey({'true': 0.5, 'other': 0.5}, 'it took the lift')
-    output = localizer.output
-    assert output.status is Status.WAITING
-    assert output.reason == 'new submap: it took the lift'
-    again = run(localizer)
-    assert {o.storey for o in again if o.status is Status.LOCALIZED} == {'true'}
-    assert again[0].submap.free_area_m2 < 0.5 * again[-1].submap.free_area_m2
 
 
 def test_a_site_of_one_is_a_plan_to_the_last_bit():
@@ -248,3 +220,15 @@ def test_a_storey_without_rooms_is_named():
         new(TRUE, StoreyPlan('blank', blank))
     with pytest.raises(MapFormatError, match='at least one'):
         new()
+
+
+def test_a_robot_that_leaves_begins_anew_where_it_may_be():
+    localizer = new(TRUE, OTHER)
+    run(localizer)
+    localizer.leave_storey({'true': 0.5, 'other': 0.5}, 'it took the lift')
+    output = localizer.output
+    assert output.status is Status.WAITING
+    assert output.reason == 'new submap: it took the lift'
+    again = run(localizer)
+    assert {o.storey for o in again if o.status is Status.LOCALIZED} == {'true'}
+    assert again[0].submap.free_area_m2 < 0.5 * again[-1].submap.free_area_m2

@@ -1,8 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""When a placement may be claimed, and when a claim ends."""
+"""When a placement may be claimed, when a claim ends, and what a belief says of why."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +11,15 @@ from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.tracking import HypothesisTracker, TrackState, UpdateContext
 from fpnet_core.pose import map_evidence
-from fpnet_core.scoring import CONTEXT, FIGURES, Evidence, PlacementModel, PlacementScorer
+from fpnet_core.scoring import (
+    CONTEXT,
+    FIGURES,
+    Evidence,
+    PlacementModel,
+    PlacementScorer,
+    Posterior,
+)
+from fpnet_core.scoring.reasons import MIRRORED
 from fpnet_core.types import Status
 
 CONFIG = LocalizerConfig(confirm_updates=3, plan_prior=0.99)
@@ -75,10 +82,6 @@ def test_a_claim_asks_for_its_probability_at_every_tick_that_confirms_it():
     assert feed(following, UNSURE, GOOD, GOOD, GOOD)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
 
 
-def test_rivals_that_are_all_poor_are_none_of_these():
-    assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2
-
-
 def test_a_claim_needs_the_same_winner_three_times():
     assert feed(Following(), GOOD, GOOD, GOOD) == [
         Status.AMBIGUOUS,
@@ -97,44 +100,9 @@ def test_looking_again_at_the_same_floor_confirms_nothing():
     assert statuses == [Status.AMBIGUOUS] * 6 + [Status.LOCALIZED]
 
 
-def test_a_look_as_sure_as_all_of_them_needs_no_more_floor():
-    """As where a floorplan comes after the robot has seen the building."""
-    for weight, driven_m, status in (
-        (13.0, 20.0, Status.AMBIGUOUS),
-        (15.0, 0.0, Status.AMBIGUOUS),  # it stands
-        (15.0, 20.0, Status.LOCALIZED),
-    ):
-        following, update = Following(), posterior((HERE, weight), (THERE, 0.0), none=-9.0)
-        seen = {'floor_m2': 90.0, 'driven_m': driven_m, 'needs_news': True}
-        for _ in range(CONFIG.confirm_updates):
-            estimate = following.update(update, NO_MIRROR, **seen)
-        assert estimate.status is status
-
-
-def test_walls_that_fill_in_as_the_robot_stands_are_no_news():
-    following = Following()
-    for share in (0.5, 0.7, 1.0, 1.0):
-        walls = evidence().walls[: round(share * len(evidence().walls))]
-        sub = replace(evidence(), walls=walls)
-        estimate = following.update(GOOD, NO_MIRROR, sub, floor_m2=20.0, needs_news=True)
-        assert estimate.status is Status.AMBIGUOUS
-
-
 def test_a_change_of_winner_starts_the_count_again():
     statuses = feed(Following(), GOOD, GOOD, OTHER, OTHER, OTHER)
     assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
-
-
-def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
-    stretched = np.diag([1.2, 1.0])
-    robot = np.array([30.0, 0.0])
-    deformed = Affine2D(stretched, robot - stretched @ robot)
-    for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
-        following = Following()
-        for best in (SE2.identity(), deformed, SE2.identity(), deformed):
-            update = posterior((best, 8.0), (THERE, 0.0))
-            estimate = following.update(update, NO_MIRROR, robot_xy=robot_xy)
-        assert estimate.status is status
 
 
 def test_a_tie_is_never_claimed_and_its_halves_are_equal():
@@ -146,12 +114,8 @@ def test_a_tie_is_never_claimed_and_its_halves_are_equal():
 
 def test_a_claim_ends_when_its_evidence_does():
     assert feed(Following(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
-        Status.AMBIGUOUS,
-        Status.AMBIGUOUS,
-        Status.LOCALIZED,
-        Status.LOST,
-        Status.LOST,
-    ]
+        Status.AMBIGUOUS, Status.AMBIGUOUS, Status.LOCALIZED, Status.LOST, Status.LOST,
+    ]  # fmt: skip
 
 
 def test_a_claim_is_kept_on_easier_terms_than_it_is_made():
@@ -161,34 +125,10 @@ def test_a_claim_is_kept_on_easier_terms_than_it_is_made():
     assert feed(following, UNSURE, TIE) == [Status.LOCALIZED, Status.AMBIGUOUS]
 
 
-def test_a_belief_tells_how_probable_each_placement_is():
-    estimate = Following().update(GOOD)
-    np.testing.assert_array_equal(estimate.scored.probability, GOOD.placements.probability)
-    np.testing.assert_array_equal(estimate.scored.matrix, GOOD.placements.matrix)
-    assert estimate.best.probability == estimate.probability == GOOD.best
-    poor = Following().update(POOR)
-    assert poor.best is None
-    assert poor.scored.probability[0] == poor.probability == POOR.best
-
-
-def test_nothing_found_is_searching():
-    assert feed(Following(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
-
-
 def test_no_claim_without_a_look_at_the_mirror_image():
     following = Following()
     for _ in range(10):
         assert following.update(GOOD).status is Status.AMBIGUOUS
-
-
-def test_a_mirror_image_that_fits_much_better_is_the_reason():
-    following = Following()
-    half = posterior((HERE, 0.0), (THERE, -0.5))
-    mirror = posterior((HERE, 9.0), (THERE, 0.0))
-    beliefs = [following.update(half, mirror) for _ in range(3)]
-    assert 'flip it' not in beliefs[0].reason
-    assert beliefs[-1].status is Status.SEARCHING
-    assert 'mirrored' in beliefs[-1].reason
 
 
 def test_a_building_that_is_its_own_mirror_image_can_be_claimed():
@@ -196,12 +136,76 @@ def test_a_building_that_is_its_own_mirror_image_can_be_claimed():
     assert statuses[-1] is Status.LOCALIZED
 
 
-def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
-    following = Following()
-    wanted = []
-    for _ in range(2 * CONFIG.mirror_check_updates):
-        wanted.append(following.wants_mirror)
-        feed(following, TIE)
-    assert sum(wanted) == 2
-    feed(following, *[GOOD] * 4)
-    assert not following.wants_mirror
+REACHED = PlacementScorer(PlacementModel({}), 0.5)  # these verdicts have been reached
+
+
+def verdict(*odds):
+    """Return the verdict on placements of these odds against another building."""
+    placements = Placements.of([HERE, THERE][: len(odds)])
+    weights, none = np.log(np.array(odds, float)), np.log(1e-6)
+    p = REACHED._probabilities(weights, none)
+    rows = np.zeros((len(odds), len(FIGURES)), np.float32)
+    rows[:, FIGURES.index('support')] = 0.7
+    return Posterior(
+        Placements(placements.linear, placements.translation, probability=p[:-2]),
+        Evidence(rows, np.zeros(len(CONTEXT), np.float32)),
+        weights, none, float(p[-2]), float(p[-1]),
+    )  # fmt: skip
+
+
+NOWHERE = verdict(1e-6)
+
+
+def beliefs(*posteriors, mirrored=NOWHERE, needs_news=False):
+    tracker = HypothesisTracker(LocalizerConfig(confirm_updates=3), REACHED)
+    context = UpdateContext(evidence(), SE2.identity(), floor_m2=30.0, needs_news=needs_news)
+    track = TrackState()
+    found = []
+    for each in posteriors:
+        look = mirrored if tracker.wants_mirror(track) else None
+        track, estimate = tracker.update(track, each, context, look)
+        found.append(estimate)
+    return found
+
+
+def test_a_claim_is_counted_down_and_then_explained():
+    found = beliefs(*[verdict(1e5, 1.0)] * 3)
+    assert [estimate.status for estimate in found] == [Status.AMBIGUOUS] * 2 + [Status.LOCALIZED]
+    assert found[0].reason == 'confirmed once, needs 2 more updates'
+    assert found[1].reason == 'confirmed twice, needs 1 more update'
+    assert found[2].reason.startswith('explains 70 % of ')
+
+
+def test_a_robot_that_stands_still_is_told_what_is_missing():
+    found = beliefs(*[verdict(1e5, 1.0)] * 4, needs_news=True)
+    words = 'confirmed once, needs 2 more updates with new observations'
+    assert [estimate.reason for estimate in found] == [words] * 4
+
+
+def test_a_lost_claim_says_why():
+    found = beliefs(*[verdict(1e5, 1.0)] * 3, verdict(1e-3))
+    assert found[-1].status is Status.LOST
+    assert found[-1].reason == 'explains 70 % of the observed walls: possibly another building'
+
+
+def test_a_mirror_image_that_alone_fits_is_the_reason():
+    found = beliefs(*[verdict(1e-2)] * 10, mirrored=verdict(1e9))
+    assert (found[0].reason, found[0].is_mirrored) != (MIRRORED, True)
+    assert found[-1].status is Status.SEARCHING
+    assert (found[-1].reason, found[-1].is_mirrored) == (MIRRORED, True)
+
+
+def test_a_mirror_image_that_fits_as_well_is_named():
+    found = beliefs(verdict(1e5), mirrored=verdict(1e9))
+    assert 'mirror' not in found[0].reason
+    looked = beliefs(*[verdict(1e5)] * 5, mirrored=verdict(1.8e7))
+    assert looked[-1].reason.endswith("the floorplan's mirror image fits equally well")
+    assert looked[-1].status is Status.AMBIGUOUS
+
+
+def test_nothing_found_is_searching():
+    assert feed(Following(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
+
+
+def test_rivals_that_are_all_poor_are_none_of_these():
+    assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tick is a function: of its state and of what is seen, and of nothing else."""
 
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 import hashlib
@@ -11,7 +11,6 @@ import pickle
 import numpy as np
 from planted import plan_grid
 from planted_drive import recorded
-import pytest
 
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2
@@ -112,15 +111,6 @@ def test_the_same_state_gives_the_same_answer_and_stays_as_it_was():
         assert digest(state, seen) == before, number
 
 
-def test_a_word_changes_the_answer_and_not_the_state_it_is_added_to():
-    state, seen, _, output = updates()[-1]
-    before, hinted = digest(state), state.unlocalized().with_hint(with_hint())
-    answers = [update(hinted, seen, global_localizer(), StageTimer()) for _ in range(2)]
-    assert digest(state) == before
-    assert digest(*answers[0]) == digest(*answers[1])
-    assert digest(answers[0][1]) != digest(output)
-
-
 def test_a_wrong_word_is_remembered_and_changes_no_claim():
     state, seen, after, output = updates()[-1]
     assert output.status is Status.LOCALIZED
@@ -141,23 +131,6 @@ def test_a_state_is_all_there_is_to_know():
         assert digest(*update(*copies, global_localizer(), StageTimer())) == digest(
             after, output
         ), number
-
-
-def test_each_tick_goes_on_from_what_the_last_one_left():
-    digests = [digest(state) for state, *_ in updates()]
-    assert len(set(digests)) == len(digests)
-    state, seen, _, output = updates()[kinds()[2]]
-    fresh, first = update(UpdateState(state.plan), seen, global_localizer(), StageTimer())
-    assert output.status is Status.LOCALIZED
-    assert first.status is not Status.LOCALIZED
-    assert fresh.track.wins == 1
-
-
-def test_ticks_go_on_from_all_placements_that_were_judged():
-    """The judge has learned from all that a search finds; followed ones are asked of alike."""
-    assert max(len(output.estimates) for *_, output in updates()) > 8
-    for *_, after, output in updates():
-        assert len(after.tracked) == len(output.estimates)
 
 
 def test_the_shell_adds_nothing():
@@ -185,42 +158,3 @@ def test_without_a_plan_or_a_submap_the_state_stays():
     after, output = update(state, Observation(7), global_localizer(), StageTimer())
     assert after is state
     assert (output.status, output.stamp_ns) == (Status.WAITING, 7)
-
-
-@pytest.mark.parametrize('begin', [UpdateState.unlocalized, UpdateState.without_submap])
-def test_a_beginning_keeps_the_plan_with_its_scale_and_its_mirror_image(begin):
-    *_, after, _ = updates()[-1]
-    assert after.plan.mirror is not None
-    assert after.plan.scale.is_beyond_stated
-    begun = begin(after)
-    assert begun.plan is after.plan
-    assert begun.track.leader is begun.searched is begun.hint is None
-    assert len(begun.tracked) == 0
-    assert (begun.segmenter is after.segmenter) == (begin is UpdateState.unlocalized)
-
-
-def test_a_word_is_kept_in_working_metres():
-    unknown = load_config(None, {'localizer.scale_policy': 'unknown'})
-    plan = Floorplan.prepared(rescaled(plan_grid(), 2.5), unknown)
-    state = UpdateState(plan).with_hint(with_hint())
-    np.testing.assert_allclose(
-        state.hint.T_plan_base.translation, plan.factor * with_hint().T_plan_base.translation
-    )
-    np.testing.assert_array_equal(
-        state.tracked[0].A_plan_submap.matrix, state.hint.A_plan_odom.matrix
-    )
-    assert UpdateState().with_hint(with_hint()).hint == with_hint()
-
-
-def test_who_was_contradicted_too_often_is_elsewhere():
-    state, seen, after, _ = updates()[-1]
-    assert not after.is_elsewhere
-    walls = seen.submap.newest_xy
-    middle = walls.mean(axis=0)
-    turned = SE2.from_xy_yaw(1.0, 0.7, 0.6).apply(walls - middle) + middle
-    seen = replace(seen, submap=replace(seen.submap, newest_xy=turned, newest_walls_xy=turned))
-    for doubt in range(1, CONFIG.localizer.doubt_updates + 1):
-        state, output = update(state, seen, global_localizer(), StageTimer())
-        assert output.status is Status.LOST
-        assert state.kidnap_state.doubts == doubt
-    assert state.is_elsewhere

@@ -56,15 +56,3 @@ def test_a_door_or_a_room_alone_proposes_where_it_is(scale, is_door):
 
     assert np.abs(found - true).max(axis=1).min() < 1e-6
     assert np.abs(np.log(np.hypot(found[:, 0], found[:, 1]))).max() <= WINDOW
-
-
-def test_rooms_propose_by_their_likely_partners_only():
-    plan, sub, _ = toy_pair(np.random.default_rng(4), rooms=5, seen=2)
-    plan, sub = graph_geometry(plan), graph_geometry(sub)
-    nobody = np.full((len(sub), 3), -1)
-
-    by_doors = anchored(plan, sub, nobody, WINDOW)
-
-    assert 0 < len(by_doors) <= 4 * np.sum(sub.is_door) * np.sum(plan.is_door)
-    likely = np.where(sub.is_door[:, None], -1, [[0, 1, -1]])
-    assert len(anchored(plan, sub, likely, WINDOW)) > len(by_doors)

@@ -64,42 +64,6 @@ def test_probabilities_are_those_of_an_assignment():
     assert probability.sum(axis=1).max() <= 1.0 + 1e-9
 
 
-def test_partners_are_one_to_one_and_of_the_same_kind():
-    plan, sub, _ = toy_pair(np.random.default_rng(9), rooms=8, seen=5)
-    prepared_plan, prepared_submap, assignments, _ = settled(
-        plan, sub, np.zeros((len(plan), len(sub)))
-    )
-    assert len(assignments) > 10
-    for partner in assignments.partner:
-        taken = partner[partner >= 0]
-        assert len(set(taken.tolist())) == len(taken)
-        assert (prepared_plan.is_door[taken] == prepared_submap.is_door[partner >= 0]).all()
-
-
-def test_a_single_region_has_no_consensus():
-    plan, sub, _ = toy_pair(np.random.default_rng(10), rooms=4, seen=2)
-    one = type(sub)(
-        sub.regions[:1], np.zeros((0, 2)), sub.node_feat[:1], np.zeros((0, 3)), 'submap'
-    )
-    _, _, assignments, posterior = settled(plan, one, np.zeros((len(plan), 1)))
-    assert len(assignments) == len(posterior) == 0
-
-
-def test_posterior_counts_none_among_the_alternatives():
-    model = EvidenceModel(np.eye(len(EVIDENCE))[0], np.log(2.0))
-    evidence = np.zeros((3, len(EVIDENCE)))
-    evidence[1, 0] = np.log(5.0)
-    assert model.posterior(evidence) == pytest.approx([1 / 9, 5 / 9, 1 / 9])
-
-
-def test_model_survives_the_manifest():
-    read = evidence_model(Weights({}, {'evidence': evidence_entry(MODEL)}))
-    assert read is not None
-    assert read.weights == pytest.approx(MODEL.weights)
-    assert read.null == MODEL.null
-    assert evidence_model(Weights({}, {})) is None
-
-
 def test_unknown_evidence_is_refused():
     entry = evidence_entry(MODEL) | {'colour': 1.0}
     with pytest.raises(WeightsError, match='colour'):

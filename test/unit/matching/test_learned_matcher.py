@@ -69,15 +69,6 @@ def test_empty_graphs_have_no_matches(checkpoint, side):
     assert result.probability.shape == (len(plan), len(sub))
 
 
-def test_another_plan_replaces_the_cached_one(checkpoint):
-    matcher = LearnedMatcher(MatcherConfig(weights=str(checkpoint)))
-    rng = np.random.default_rng(3)
-    (plan_a, sub, _), (plan_b, _, _) = toy_pair(rng, rooms=6), toy_pair(rng, rooms=9)
-    first = matcher.match(plan_a, sub, 100.0).probability
-    assert matcher.match(plan_b, sub, 100.0).probability.shape == (len(plan_b), len(sub))
-    assert matcher.match(plan_a, sub, 100.0).probability == pytest.approx(first)
-
-
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(WeightsError, match=r'gone\.json: No such file'):
         LearnedMatcher(MatcherConfig(weights=str(tmp_path / 'gone.safetensors')))

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from fpnet_core.matching.alignment import aligned, corners
+from fpnet_core.matching.alignment import aligned
 from fpnet_core.matching.geometry import GraphGeometry
 
 
@@ -72,31 +72,6 @@ def test_one_wrong_partner_does_not_pull():
     assert apart[2] > 10.0 * apart[:2].max()
 
 
-def test_a_room_that_was_glimpsed_counts_little():
-    boxes, is_door = [ROOM, OTHER], [False, False]
-    target = moved(boxes, TRUE)
-    target[1, 2:4] *= 1.3
-
-    settled, apart = settle(
-        TRUE,
-        [0, 1],
-        geometry(target, is_door),
-        geometry(boxes, is_door, observed=[1.0, 0.3]),
-    )
-
-    assert settled == pytest.approx(TRUE, abs=0.02)
-    assert apart[1] == pytest.approx(0.0, abs=0.01)  # as all that was seen lies in its partner
-
-
-def test_a_placement_without_partners_stays():
-    side = geometry([ROOM], [False])
-
-    settled, apart = settle(TRUE, [-1], side, side, fit=[0.0])
-
-    assert settled == pytest.approx(TRUE)
-    assert apart[0] == 0.0
-
-
 @pytest.mark.parametrize('yaw', [0.0, 0.7, np.pi / 2])
 def test_outlines_are_apart_by_their_gaps(yaw):
     turn = (np.cos(yaw), np.sin(yaw), 3.0, 1.0)
@@ -113,16 +88,3 @@ def test_outlines_are_apart_by_their_gaps(yaw):
     beyond = np.log1p((0.5 / 0.25) ** 2)
     # Settling on them shrinks them a little, too.
     assert apart == pytest.approx([0.0, 0.0, 0.5 * beyond, beyond, 0.0], abs=0.2)
-
-
-def test_corners_are_those_of_the_boxes():
-    ends = corners(geometry([[1.0, 2.0, 3.0, 0.5, 0.0]], [True]))[0]
-    room = corners(geometry([[1.0, 2.0, 3.0, 0.5, 0.0]], [False]))[0]
-
-    assert {tuple(p) for p in ends.round(9).tolist()} == {(4.0, 2.0), (-2.0, 2.0)}
-    assert {tuple(p) for p in room.round(9).tolist()} == {
-        (4.0, 2.5),
-        (-2.0, 2.5),
-        (-2.0, 1.5),
-        (4.0, 1.5),
-    }

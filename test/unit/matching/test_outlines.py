@@ -58,40 +58,6 @@ def test_a_shift_is_told_by_walls_and_by_floors():
     assert off['rooms_mixed'] > 0.3
 
 
-def test_a_room_of_another_shape_stands_out_where_its_rectangle_does_not():
-    whole = np.array([[6.2, 0.0], [12.0, 0.0], [12.0, 5.0], [6.2, 5.0]])
-
-    other = told(STAY, (LEFT, whole, DOOR))
-
-    assert other['floor_outside'] > 0.05
-    assert other['walls_apart'] > told(STAY)['walls_apart'] + 0.2
-
-
-def test_walls_that_were_not_seen_count_less():
-    half = np.array([[6.2, 0.0], [8.0, 0.0], [8.0, 5.0], [6.2, 5.0]])
-
-    all_wall, mostly_open = (told(STAY, (LEFT, half, DOOR), (0.0, s, 0.0)) for s in (0.0, 0.9))
-
-    assert mostly_open['walls_apart'] < all_wall['walls_apart'] - 0.1
-
-
-def test_doorways_alone_have_nothing_to_explain():
-    points = seen((DOOR,), np.array([True]), BOX[2:], np.zeros(1))
-
-    found = explained(np.array([STAY]), painted(PLAN, IS_DOOR), points)
-
-    assert found[0, [0, 1, 2, 3]].tolist() == [0.0, 0.0, 0.0, 0.0]
-
-
-def test_many_points_are_thinned_evenly():
-    points = seen(PLAN, IS_DOOR, BOX, np.zeros(3))
-    few = points.thinned()
-
-    assert 24 <= len(few.wall) <= 50
-    assert len(few.wall) == len(few.length)
-    assert set(few.room.tolist()) == {0, 1}
-
-
 def test_a_drawing_far_larger_than_its_doors_does_not_fill_memory():
     huge = (LEFT * 1e4, CUT * 1e4, DOOR * 1e4)
 

@@ -36,11 +36,6 @@ def test_early_and_late_submaps_are_treated_differently_by_default():
     assert (early, late) == (0.15, 0.3)
 
 
-def test_one_grade_means_no_grading():
-    config = MatcherConfig(grade_regions=(), grade_area_m2=(), grade_thresholds=(0.3,))
-    assert graded_threshold(1, 1.0, config) == graded_threshold(99, 999.0, config) == 0.3
-
-
 @pytest.mark.parametrize(
     'bad',
     [
@@ -58,8 +53,3 @@ def test_mutual_pairs_need_both_sides_and_the_threshold():
     scores = np.array([[0.8, 0.1, 0.0], [0.7, 0.05, 0.19], [0.0, 0.1, 0.3]])
     assert mutual_pairs(scores, 0.2).tolist() == [[0, 0], [2, 2]]
     assert mutual_pairs(scores, 0.5).tolist() == [[0, 0]]
-
-
-@pytest.mark.parametrize('shape', [(0, 3), (3, 0), (0, 0)])
-def test_empty_scores_have_no_pairs(shape):
-    assert mutual_pairs(np.zeros(shape), 0.1).shape == (0, 2)

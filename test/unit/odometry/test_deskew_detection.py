@@ -79,32 +79,3 @@ def test_an_order_that_tells_nothing_is_no_order():
     assert turn_shares(points[np.lexsort(np.floor(points / 0.1).T)]) is None  # a voxel grid's
     ahead = points[np.abs(np.arctan2(points[:, 1], points[:, 0])) < 0.6]
     assert turn_shares(ahead) is None
-
-
-@pytest.mark.parametrize('spin', [1, -1])
-@pytest.mark.parametrize('by_rows', [False, True])
-def test_shares_run_from_the_seam_once_around(spin, by_rows):
-    points = cloud(0.0, np.random.default_rng(6), spin, by_rows)
-    azimuth = np.arctan2(points[:, 1], points[:, 0])
-    expected = (azimuth * spin + np.pi) / (2.0 * np.pi) % 1.0
-    away = np.abs(turn_shares(points) - expected)
-    assert np.quantile(np.minimum(away, 1.0 - away), 0.99) < 0.005
-    assert np.quantile(away, 0.97) < 0.005
-
-
-def test_a_blind_sector_is_part_of_the_turn():
-    points = cloud(0.0, np.random.default_rng(7), 1, False)
-    azimuth = np.arctan2(points[:, 1], points[:, 0])
-    seen = np.abs(azimuth - 0.5) > 0.7
-    np.testing.assert_allclose(turn_shares(points[seen]), turn_shares(points)[seen], atol=1e-9)
-
-
-def test_points_that_are_nowhere_do_not_matter():
-    rng = np.random.default_rng(8)
-    points = cloud(0.0, rng, -1, True)
-    is_lost = rng.random(len(points)) < 0.3
-    shown = np.where(
-        is_lost[:, None], rng.choice([np.nan, np.inf, 0.0], len(points))[:, None], points
-    )
-    found = turn_shares(shown)
-    assert np.quantile(np.abs(found - turn_shares(points))[~is_lost], 0.97) < 0.005

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry.gyro_track import GyroTrack
@@ -95,19 +94,6 @@ def corner(count=400):
     along = np.linspace(-4.0, 4.0, count)
     walls = [np.full(count, 3.0), along], [along, np.full(count, -2.0)]
     return np.vstack([np.column_stack([x, y, np.zeros(count)]) for x, y in walls])
-
-
-def test_the_heading_is_found_and_one_that_is_right_is_left():
-    search, walls = YawSearch(), corner()
-    search.note(walls)
-    right = Guess.moved(np.eye(4), np.eye(4))
-    turned = np.eye(4)
-    turned[:3, :3] = Rotation.from_euler('z', 11.0, degrees=True).as_matrix()
-    best, is_found = search.best(Guess.moved(np.eye(4), turned), None, walls, np.zeros(0), 0.0)
-    assert is_found
-    yaw = np.rad2deg(np.arctan2(best.T_odom_sensor[1, 0], best.T_odom_sensor[0, 0]))
-    assert yaw == pytest.approx(0.0, abs=0.6)
-    assert search.best(right, None, walls, np.zeros(0), 0.0) == (right, False)
 
 
 def test_without_walls_the_guess_stays():

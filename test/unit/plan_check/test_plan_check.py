@@ -2,20 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Self-similar rooms of small made-up storeys, and what is said about a plan."""
 
-from dataclasses import replace
-
 import numpy as np
 from planted import plan_grid
 import pytest
 
 from fpnet.plan_check import check as plan_check
-from fpnet.plan_check.check import (
-    PlanCheck,
-    TourResult,
-    check_plan,
-    expected_path_m,
-    room_note,
-)
+from fpnet.plan_check.check import TourResult, check_plan, room_note
 from fpnet.plan_check.self_similarity import SelfSimilarity, self_similarity
 from fpnet.plan_check.verdict import Fitness, verdict_of
 from fpnet_core.config import load_config
@@ -23,7 +15,7 @@ from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSourc
 from fpnet_core.errors import ConfigError
 from fpnet_core.localizer import create_global_localizer, prepare_plan
 from fpnet_core.scoring.invocation import Invocation
-from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
+from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.moved import rescaled, rescaled_rooms
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.evaluation.plan_tours import drive_tour
@@ -157,28 +149,6 @@ def test_a_plan_that_allows_no_drive_has_advice(monkeypatch):
     assert check.as_json()['expected_path_m'] is None
 
 
-def test_what_is_wrong_is_said():
-    segmentation = prepare_plan(storey((CORRIDOR, *EQUAL), DOORS[:2]), CONFIG).segmentation
-    base = PlanCheck(
-        segmentation, ScaleEstimate(2.0, 1.8, 2.2), stated(CELL_M), SelfSimilarity({}, {}, ()), ()
-    )
-
-    def said(**changes):
-        return ' '.join(plan_check._advice(replace(base, **changes)))
-
-    assert 'drawn too small: true lengths are about 2.00 times' in said()
-    assert 'no door was found' in said()
-    guess = DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED)
-    assert 'scale: 0.05 m per pixel (0.04 to 0.06), estimated' in said(drawn=guess)
-    assert 'drawn too' not in said(scale=ScaleEstimate(1.3, 0.9, 1.6))
-    assert 'too large' in said(scale=ScaleEstimate(0.8, 0.7, 0.9))
-    lost = TourResult(0, 50.0, None, None)
-    wrong = TourResult(1, 50.0, 9.0, 20.0)
-    assert 'In 0 of 1 simulated drives of up to 50 m' in said(tours=(lost,))
-    assert '1 of 2 simulated drives ended with a wrong pose' in said(tours=(lost, wrong))
-    assert expected_path_m((lost, wrong)) is None
-
-
 @pytest.mark.parametrize(
     ('factor', 'word'), [(0.1, 'median room has 0.'), (8.0, 'door is 7'), (1.0, '')]
 )
@@ -218,10 +188,7 @@ def test_doubts_of_the_reader_are_reasons_and_nothing_else_is_said(monkeypatch):
 
 @pytest.mark.parametrize(
     ('rooms', 'doors', 'word'),
-    [
-        ((CORRIDOR, *EQUAL), (), 'rooms and no door'),
-        (((0, 0, 30, 18),), (), ''),
-    ],
+    [((CORRIDOR, *EQUAL), (), 'rooms and no door'), (((0, 0, 30, 18),), (), '')],
 )
 def test_what_no_building_is_like_is_refused(rooms, doors, word):
     segmentation = segment_floorplan(storey(rooms, doors), CONFIG.segmentation)

@@ -54,12 +54,6 @@ def test_a_gate_is_a_way_out_and_a_missing_wall_is_none(offices, gate_m, ways):
     assert rooms_with_ways_out(segment_floorplan(hall(offices, gate_m), CONFIG)) == ways
 
 
-def test_ways_out_are_measured_in_true_metres():
-    rooms = segment_floorplan(hall(0, 3.0), CONFIG)
-    assert rooms_with_ways_out(rooms, 2.5) == set()  # a gate of 7.5 m
-    assert rooms_with_ways_out(rooms, 0.5) == {0}
-
-
 @pytest.mark.parametrize('offices', [0, 2])
 def test_a_hall_with_a_gate_is_fit_where_its_scale_is_stated(offices):
     assert read(hall(offices)).fitness is Fitness.FIT
@@ -101,12 +95,3 @@ def test_a_picture_of_something_else_is_no_floorplan():
     assert 'look at' not in verdict.reasons[0].next  # nothing was written
     assert verdict.said_of_file('a.png').startswith('a.png: not a floorplan: It seems to show ')
     assert read(hall(), doubts=said).fitness is Fitness.DOUBTFUL
-
-
-def test_a_written_plan_is_not_read_again_to_be_looked_at(tmp_path):
-    plan, drawing = tmp_path / 'plan.yaml', tmp_path / 'plan.png'
-    invocation = Invocation(('fpnet', 'check-plan'), str(plan))
-    assert invocation.look_at_reading().startswith('fpnet plan ')
-    (tmp_path / 'plan_reading.png').touch()
-    assert invocation.look_at_reading() == f'look at {tmp_path / "plan_reading.png"}'
-    assert Invocation(('fpnet', 'plan'), str(drawing)).look_at_reading().startswith('fpnet plan ')

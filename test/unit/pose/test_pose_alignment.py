@@ -15,7 +15,6 @@ from fpnet_core.pose import (
     AlignmentPrior,
     agreement,
     aligned_placements,
-    coarse_support,
     compared_at,
     map_evidence,
     refine,
@@ -23,7 +22,6 @@ from fpnet_core.pose import (
 )
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_REFINED
 from fpnet_core.pose.refine import STRAIN_LIMIT
-from fpnet_core.types import FREE, UNKNOWN, GridMap
 
 SIGMA_M = 0.2
 
@@ -106,13 +104,6 @@ def test_a_look_at_few_samples_scores_about_as_one_at_all():
     np.testing.assert_array_equal(same, every)
 
 
-def test_coarse_and_full_scores_of_no_candidate_are_empty():
-    plan, sub = sides()
-    empty = Placements.empty()
-    assert coarse_support(plan, sub, empty, SIGMA_M, 100).shape == (0,)
-    assert agreement(plan, sub, empty, SIGMA_M).score.shape == (0,)
-
-
 @pytest.mark.parametrize('seed', range(6))
 def test_refinement_recovers_pose_and_anisotropy(seed):
     plan, sub = sides()
@@ -153,23 +144,6 @@ def test_a_scale_that_nobody_allowed_is_not_taken():
     assert 0.9 <= np.sqrt(np.linalg.det(done.linear[0])) <= 1.105
 
 
-def test_a_strain_within_its_bound_is_found_from_the_known_stretch():
-    plan, sub = sides()
-    start = Placements.of([A_PLAN_SUBMAP])
-    again = refine(plan, sub.walls, start, AlignmentPrior(0.03, np.eye(2)), FINE)
-    assert np.abs(again.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01
-
-
-def test_placements_that_differ_far_from_the_robot_only_are_one():
-    _, sub = sides()
-    robot = sub.corners[0]
-    stretched = np.diag([1.15, 1.0])
-    about_robot = Affine2D(stretched, robot - stretched @ robot)
-    both = Placements.of([SE2.identity(), about_robot])
-    assert both.distinct(compared_at(sub, robot), 1.0, 8).tolist() == [0]
-    assert both.distinct(compared_at(sub, None), 1.0, 8).tolist() == [0, 1]
-
-
 def test_estimates_are_distinct_where_the_robot_is():
     plan, sub = sides()
     robot = sub.free.mean(axis=0)
@@ -187,27 +161,9 @@ def test_estimates_are_distinct_where_the_robot_is():
     assert [e.score for e in found] == sorted((e.score for e in found), reverse=True)
 
 
-def test_samples_are_the_means_of_their_blocks():
-    cells = np.full((23, 31), UNKNOWN, dtype=np.int8)
-    cells[np.random.default_rng(3).random(cells.shape) < 0.3] = FREE
-    free = map_evidence(GridMap(cells, 0.1)).free
-    rc = np.argwhere(cells == FREE)
-    blocks = {tuple(block) for block in rc // 4}
-    means = [rc[(rc // 4 == block).all(axis=1)].mean(axis=0) for block in sorted(blocks)]
-    assert free == pytest.approx((np.array(means)[:, ::-1] + 0.5) * 0.1)
-
-
 def test_a_free_submap_beyond_the_plan_is_violation():
     plan, sub = sides()
     away = SE2.from_xy_yaw(500.0, 0.0, 0.0) @ A_PLAN_SUBMAP
     result = agreement(plan, sub, Placements.of([away]), SIGMA_M)
     assert result.free_violation[0] == 1.0
     assert result.score[0] == 0.0
-
-
-@pytest.mark.parametrize('value', [FREE, UNKNOWN])
-def test_a_map_without_walls_gives_no_wall_evidence(value):
-    evidence = map_evidence(GridMap(np.full((40, 30), value, dtype=np.int8), 0.05))
-    assert evidence.walls.shape == (0, 2)
-    assert evidence.corners.shape == (4, 2)
-    assert evidence.orientation_strength == 0.0

@@ -76,22 +76,3 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
     assert corner_error(found[0].A_plan_submap, sub) < 0.3
     assert found.scale[0] == pytest.approx(1.0, abs=0.05)
     assert found[0].score > 0.8
-
-
-def test_no_candidates_give_no_estimates():
-    sides = plan_evidence(), room_evidence()
-    found = aligned_placements(*sides, Placements.empty(), AlignmentPrior(0.03))
-    assert len(found) == 0
-
-
-def test_what_a_search_derives_of_a_plan_is_made_once(monkeypatch):
-    made = []
-    evidence = map_evidence(plan_grid())
-    count = lambda side: made.append(side) or len(made)  # noqa: E731
-    assert [evidence.kept(count), evidence.kept(count)] == [1, 1]
-    assert map_evidence(plan_grid()).kept(count) == 2
-    first = search_placements(evidence, room_evidence(), FACTORS, 30)
-    monkeypatch.setattr('fpnet_core.pose.raster_search.block_means', None)
-    again = search_placements(evidence, room_evidence(), FACTORS, 30)
-    assert np.array_equal(first.linear, again.linear)
-    assert np.array_equal(first.translation, again.translation)

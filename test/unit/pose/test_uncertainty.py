@@ -70,12 +70,6 @@ def test_what_fits_worse_is_known_worse(worse):
     assert np.linalg.det(spread_on(plan, seen, misfit=worse).cov) > 1.2 * np.linalg.det(cov)
 
 
-def test_odometry_that_stumbles_costs_heading():
-    plan, seen = corridor()
-    stumbled = spread_on(plan, seen, misfit=Misfit(0.1, 0.1, 0.1)).cov
-    assert stumbled[2, 2] > 1.5 * spread_on(plan, seen).cov[2, 2]
-
-
 def test_unrest_is_the_turn_of_what_was_seen_last_and_wears_off():
     plan, seen = corridor()
     turn = SE2.from_xy_yaw(0.0, 0.0, 0.02)
@@ -135,29 +129,7 @@ def test_an_error_in_heading_moves_who_has_driven_on():
     )
 
 
-def test_many_are_carried_as_one_by_one():
-    rng = np.random.default_rng(2)
-    model = packaged_uncertainty()
-    figures, away, age_s = (
-        rng.normal(size=(5, len(FIGURES))),
-        rng.normal(size=(5, 2)),
-        rng.random(5),
-    )
-    information = np.tile(np.diag([50.0, 20.0, 100.0]), (5, 1, 1))
-    cov = carried(model.covariances(figures, information), away, age_s, model.growth)
-    for k in range(5):
-        covariance = model.covariance(PoseFeatures(information[k], figures[k]), np.zeros(2), 0)
-        one = covariance.at(HERE, away[k], int(1e9 * age_s[k]))
-        np.testing.assert_allclose(cov[k], one, rtol=1e-6)
-
-
 def test_a_model_of_other_figures_is_refused():
     stored = {'figures': ['bend'], 'mean': [], 'std': [], 'position': [], 'yaw': []}
     with pytest.raises(WeightsError, match='train covariance'):
         UncertaintyModel.from_json(json.loads(json.dumps(stored)))
-
-
-def test_nothing_beyond_what_was_seen_counts_more():
-    model = packaged_uncertainty()
-    far, farther = (model.covariances(np.full(len(FIGURES), v), np.eye(3)) for v in (50.0, 99.0))
-    np.testing.assert_array_equal(far, farther)

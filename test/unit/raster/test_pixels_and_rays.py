@@ -8,25 +8,8 @@ import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.blocks import block_middles
-from fpnet_core.raster.pixels import (
-    PIXEL_BITS,
-    column_to_xy,
-    corners_xy,
-    cut_from,
-    fixed_point,
-    growth_at,
-    map_points,
-    shrinking,
-    xy_to_rc,
-)
-from fpnet_core.raster.rays import (
-    cells_at,
-    draw_line,
-    marked,
-    nearest_cell,
-    run_lengths,
-    values_at,
-)
+from fpnet_core.raster.pixels import corners_xy, cut_from, map_points, shrinking, xy_to_rc
+from fpnet_core.raster.rays import cells_at, draw_line, marked, nearest_cell, run_lengths
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -35,13 +18,6 @@ POSE = SE2.from_xy_yaw(3.0, -2.0, 0.4)
 
 def turned_grid(shape=(30, 40), resolution=0.1):
     return GridMap(np.zeros(shape, dtype=np.int8), resolution, POSE)
-
-
-def test_columns_and_rows_are_those_of_the_grid():
-    grid = turned_grid()
-    rc = np.array([[0.0, 0.0], [7.0, 31.0], [12.5, 3.25]])
-    xy = column_to_xy(POSE, grid.resolution).apply(rc[:, ::-1])
-    np.testing.assert_allclose(xy, grid.rc_to_xy(rc), atol=1e-12)
 
 
 @pytest.mark.parametrize('step', [1, 2, 3, 4])
@@ -57,21 +33,6 @@ def test_a_coarser_raster_is_found_from_metres(step):
     np.testing.assert_allclose(found, np.moveaxis(np.indices(found.shape[:2]), 0, 2), atol=1e-9)
 
 
-def test_a_corner_at_a_pixels_middle_is_painted_there():
-    picture = np.zeros((5, 6), np.uint8)
-    corners = np.array([[1.0, 1.0], [4.0, 1.0], [4.0, 3.0]])
-    cv2.fillPoly(picture, [fixed_point(corners)], (1,), shift=PIXEL_BITS)
-    painted = np.argwhere(picture)
-    np.testing.assert_array_equal(painted.min(axis=0), [1, 1])
-    np.testing.assert_array_equal(painted.max(axis=0), [3, 4])
-
-
-def test_fractions_of_pixels_are_kept_to_the_bits_that_are_asked_for():
-    corners = np.array([[0.25, -1.5], [2.0, 0.03125]])
-    np.testing.assert_array_equal(fixed_point(corners, bits=5) / 32.0, corners)
-    np.testing.assert_array_equal(fixed_point(corners, bits=2) / 4.0, np.round(corners * 4) / 4)
-
-
 def test_corners_are_the_outer_ones():
     corners = corners_xy(turned_grid((30, 40), 0.1))
     np.testing.assert_allclose(corners[0], POSE.translation, atol=1e-12)
@@ -85,13 +46,6 @@ def test_shrinking_keeps_the_pixels_outer_edges():
     np.testing.assert_allclose(map_points(H, np.array([[99.5, 39.5]])), [[49.5, 9.5]])
     np.testing.assert_allclose(shrinking(0.5), shrinking((0.5, 0.5)))
     np.testing.assert_allclose(map_points(cut_from(3.0, 4.0), np.array([5.0, 5.0])), [2.0, 1.0])
-
-
-def test_growth_is_that_of_lengths():
-    A = np.diag([3.0, 12.0, 1.0])
-    assert growth_at(A, np.array([5.0, 9.0])) == pytest.approx(6.0)
-    tilted = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-3, 0.0, 1.0]])
-    assert growth_at(tilted, np.zeros(2)) > growth_at(tilted, np.array([500.0, 0.0]))
 
 
 def test_a_warped_grid_shows_the_same_in_place():
@@ -127,15 +81,8 @@ def test_a_ray_runs_as_far_as_the_mask_goes():
     assert marked(mask, places, False).tolist() == [False, True, False]
 
 
-def test_places_beyond_the_edge_take_the_edge():
-    rows, cols = cells_at(np.array([[-3.0, 4.4], [7.6, 90.0]]), (10, 20))
-    assert rows.tolist() == [0, 8]
-    assert cols.tolist() == [4, 19]
-
-
 @pytest.mark.parametrize('ends', [[[2, 3], [25, 30]], [[25, 2], [4, 35]], [[8, 1], [8, 38]]])
 def test_no_path_of_neighbours_crosses_a_line(ends):
-    import cv2
 
     cells = np.zeros((30, 40), np.uint8)
     low, high = np.array(ends, float)
@@ -143,11 +90,3 @@ def test_no_path_of_neighbours_crosses_a_line(ends):
     draw_line(cells, np.array([low - 60 * along, high + 60 * along]))
     count, _ = cv2.connectedComponents(1 - cells, connectivity=8)
     assert count == 3  # the line and both sides of it
-
-
-def test_values_are_those_of_the_nearest_cells_and_one_value_beyond():
-    values = np.arange(6, dtype=np.int32).reshape(2, 3)
-    rc = np.array([[[0.4, 1.6], [1.4, -0.4]], [[-0.6, 0.0], [0.0, 2.6]]])
-    found = values_at(values, rc, -1)
-    assert found.dtype == np.int32
-    assert found.tolist() == [[2, 3], [-1, -1]]

@@ -9,11 +9,8 @@ from PIL import Image
 import pytest
 
 from fpnet.report.film import on_the_way, write_film
-from fpnet.report.sheets import Box, PictureSheet, fitted
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import SE2, Affine2D, Similarity2D
-
-BOX = Box(10, 20, 200, 100)
+from fpnet_core.geometry import Affine2D, Similarity2D
 
 
 def test_a_film_shows_all_ticks_and_the_way_to_the_first_claim(made_up_run, tmp_path):
@@ -44,25 +41,3 @@ def test_the_way_begins_and_ends_where_it_should_and_keeps_its_shape():
     assert longest == pytest.approx(shortest)
     assert half.translation == pytest.approx(0.5 * (flip.translation + end.translation))
     assert half.is_mirrored
-
-
-def test_everything_is_shown_in_its_box_upright():
-    xy = np.array([[1.0, 1.0], [5.0, 2.0]])
-    A = fitted(xy, BOX)
-    low, high = A.apply(xy)
-    assert low[0] < high[0]
-    assert low[1] > high[1], 'y of the frame points up'
-    assert (A.apply(xy).mean(axis=0)) == pytest.approx((110, 70))
-    turned = fitted(xy, BOX, SE2.from_xy_yaw(0.0, 0.0, np.deg2rad(90.0)))
-    right = turned.linear @ np.array([0.0, 1.0])
-    assert right[0] > 0
-    assert right[1] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_an_arrow_points_ahead():
-    sheet = PictureSheet.blank((100, 100))
-    sheet.arrow(np.array([50.0, 50.0]), np.array([0.0, -1.0]), (0, 0, 0))
-    rows, columns = np.nonzero(np.asarray(sheet.image()).sum(axis=2) < 200)
-    assert columns.mean() == pytest.approx(49.5, abs=0.6)
-    narrow, wide = np.ptp(columns[rows == rows.min() + 1]), np.ptp(columns[rows == rows.max() - 2])
-    assert narrow < wide, 'its tip is up'

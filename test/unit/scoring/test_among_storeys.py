@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Placements
-from fpnet_core.pose.estimate import MAX_ESTIMATES
 from fpnet_core.scoring import (
     CONTEXT,
     FIGURES,
@@ -70,17 +69,6 @@ def among(scorer, *drawn, priors=None, is_fresh=None):
     )
 
 
-def test_probabilities_of_all_storeys_add_up():
-    here, there, third = among(
-        SCORER, posterior(SCORER, 0.9, 0.5), posterior(SCORER, 0.8), posterior(SCORER, 0.3, 0.2)
-    )
-    placed = [each.placements.probability.sum() for each in (here, there, third)]
-    assert sum(placed) + here.none + here.foreign == pytest.approx(1.0)
-    for each, own in zip((here, there, third), placed, strict=True):
-        assert (each.none, each.foreign) == pytest.approx((here.none, here.foreign))
-        assert each.elsewhere == pytest.approx(sum(placed) - own)
-
-
 def test_a_site_of_one_is_the_plan():
     alone = posterior(SCORER, 0.9, 0.4)
     (same,) = among(SCORER, alone)
@@ -95,30 +83,6 @@ def test_equal_storeys_come_out_equal():
     assert here.best < 0.5
 
 
-def test_storeys_are_compared_where_they_differ():
-    """What one explains and the other does not decides, as between places on one plan."""
-    good, poor = posterior(SCORER, 0.95), posterior(SCORER, 0.6)
-    here, there = among(SCORER, good, poor)
-    assert here.best > 5.0 * there.best
-    one = on_one_plan([good.evidence, poor.evidence])
-    net = one.of('rival_net')
-    assert net[0] > 0.0 > net[1]
-    assert net[0] == pytest.approx(np.log1p(0.35 * 200 * 0.5), rel=0.02)
-    assert one.context[CONTEXT.index('log_placements')] == pytest.approx(np.log(2.0))
-
-
-@pytest.mark.parametrize('order', [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
-@pytest.mark.parametrize('drawings', [(0, 0, 0), (0, 1, 2)], ids=['alike', 'drawn otherwise'])
-def test_the_order_of_storeys_changes_nothing(order, drawings):
-    shares = (0.9, 0.3), (0.8,), (0.4, 0.2)
-    each = zip(shares, drawings, strict=True)
-    drawn = [posterior(SCORER, *share, drawing=number) for share, number in each]
-    straight = among(SCORER, *drawn)
-    shuffled = among(SCORER, *(drawn[k] for k in order))
-    for k, each in zip(order, shuffled, strict=True):
-        assert each.best == pytest.approx(straight[k].best)
-
-
 def test_a_storey_without_placements_says_nothing_about_the_others():
     nowhere = SCORER.weighed(Placements.empty(), replace(blank(), explained=NOTHING))
     here, there = among(SCORER, nowhere, posterior(SCORER, 0.9, 0.5))
@@ -127,40 +91,12 @@ def test_a_storey_without_placements_says_nothing_about_the_others():
     np.testing.assert_allclose(there.weights, alone.weights, atol=1e-5)
 
 
-def test_placements_of_many_storeys_count_as_those_of_one_search():
-    """The judge has learned from so many, and of any plan they are the best ones."""
-    shares = np.linspace(0.9, 0.2, MAX_ESTIMATES)
-    drawn = [posterior(SCORER, *(shares - 0.01 * k)).evidence for k in range(4)]
-    one, four = (on_one_plan(drawn[:count]) for count in (1, 4))
-    at = CONTEXT.index('log_placements')
-    assert four.context[at] == one.context[at] == pytest.approx(np.log(MAX_ESTIMATES))
-    at = CONTEXT.index('mean_score')
-    assert four.context[at] >= one.context[at]
-
-
 def test_rivals_on_other_storeys_say_nothing_of_whether_any_is_right():
     alone = posterior(SCORER, 0.9, 0.3)
     alike = [posterior(SCORER, share, 0.3, drawing=2) for share in (0.82, 0.81, 0.8)]
     here, *others = among(SCORER, alone, *alike)
     assert here.best > max(each.best for each in others)
     assert here.none / here.best == pytest.approx(alone.none / alone.best, rel=0.2)
-
-
-def test_a_hopeless_storey_moves_a_doubted_scale_and_the_stated_one_alike():
-    """Placements of two hypotheses have met no rivals of the other one when they were weighed."""
-    both = SCORER.with_wide_prior(
-        posterior(SCORER, 0.9, 0.4), posterior(SCORER, 0.85, 0.3, drawing=2), -3.0
-    )
-    here, _ = among(SCORER, both, posterior(SCORER, 0.0))
-    assert np.ptp(here.weights - both.weights) < 0.5
-
-
-def test_a_prior_decides_between_equal_storeys():
-    weights = [0.999, 0.001]
-    even = [np.log(2.0 * each) for each in weights]
-    drawn = posterior(BLIND, 0.9), posterior(BLIND, 0.9)
-    here, there = among(BLIND, *drawn, priors=even)
-    assert here.best / there.best == pytest.approx(999.0)
 
 
 def test_what_was_found_earlier_stands():

@@ -67,38 +67,6 @@ def test_a_scale_that_fits_is_what_to_type():
     assert causes_of(found, said)[0].next == 'fpnet match --floorplan p --resolution 0.0312'
 
 
-def test_two_maps_without_a_scale_tell_none():
-    found = replace(TRIED, rescaled=Fit(0.99, 0.86, 1.6), says_scale=False)
-    assert 'per pixel' not in first(found).evidence
-    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
-
-
-def test_a_scale_that_was_searched_is_no_cause():
-    assert CauseKind.SCALE not in kinds(replace(TRIED, rescaled=Fit(0.99, 0.86, 1.08)))
-
-
-def test_rooms_that_deny_a_scale_leave_nothing_for_guesses():
-    found = replace(TRIED, scale_conflict=ScaleEstimate(0.1, 0.08, 0.13))
-    assert kinds(found) == [CauseKind.SCALE]
-    assert first(found).evidence == (
-        'its rooms, doors and walls suggest 0.005 m per pixel (0.004 to 0.0065); 0.05 was used'
-    )
-    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
-
-
-def test_a_scale_that_fits_is_worth_more_than_what_rooms_tell():
-    found = replace(
-        TRIED, rescaled=Fit(0.99, 0.86, 1.6), scale_conflict=ScaleEstimate(0.4, 0.3, 0.45)
-    )
-    assert '0.0312 m per pixel would fit' in first(found).evidence
-
-
-def test_the_edge_of_what_was_searched_is_a_hint_only():
-    found = replace(POOR, best=Fit(0.02, 0.55, 1.1))
-    assert kinds(found) == [CauseKind.OTHER_PLAN, CauseKind.SCALE]
-    assert 'the highest searched (0.90 to 1.10)' in causes_of(found)[1].evidence
-
-
 def test_a_mirror_image_that_fits_is_proof():
     found = replace(TRIED, mirror=Fit(0.99, 0.9, 1.0))
     assert kinds(found) == [CauseKind.MIRRORED]
@@ -114,11 +82,6 @@ def test_a_drawing_that_was_flipped_in_error_is_flipped_back():
     assert causes_of(found, invocation)[0].next == 'fpnet match --floorplan p --page 2'
 
 
-def test_a_mirror_image_that_fits_no_better_than_the_drawing_is_no_cause():
-    found = replace(TRIED, best=Fit(0.8, 0.9, 1.0), mirror=Fit(0.2, 0.9, 1.0))
-    assert CauseKind.MIRRORED not in kinds(found)
-
-
 @pytest.mark.parametrize('found', [POOR, TRIED, replace(TRIED, drift=TurningWalls(40.0, 30.0))])
 def test_a_doubtful_reading_comes_before_every_guess(found):
     found = replace(found, doubts=('no door was found', 'one room holds 95 % of the floor'))
@@ -129,11 +92,6 @@ def test_a_doubtful_reading_comes_before_every_guess(found):
     )
     proved = replace(found, mirror=Fit(0.99, 0.9, 1.0))
     assert kinds(proved)[:2] == [CauseKind.MIRRORED, CauseKind.DRAWING]
-
-
-def test_what_explains_no_more_is_no_proof():
-    found = replace(TRIED, mirror=Fit(0.99, 0.57, 1.0), rescaled=Fit(0.99, 0.57, 1.6))
-    assert kinds(found) == [CauseKind.OTHER_PLAN]
 
 
 def test_little_comes_before_places_alike():
@@ -162,18 +120,6 @@ def test_drift_comes_before_another_building():
     assert first(replace(TRIED, contradictions=3)).kind is CauseKind.DRIFT
 
 
-@pytest.mark.parametrize(
-    ('explained', 'likeliest'), [(0.9, CauseKind.DRIFT), (0.6, CauseKind.OTHER_PLAN)]
-)
-def test_drift_explains_nothing_that_was_there_before_it(explained, likeliest):
-    double = replace(TRIED, drift=DoubleWalls(0.83, 5.7, 42.0, 0.45, 0.96))
-    found = replace(double, early=Fit(0.1, explained, 1.0))
-    assert set(kinds(found)) == {CauseKind.DRIFT, CauseKind.OTHER_PLAN}
-    assert first(found).kind is likeliest
-    said = '; of the first metres, before drift, 60 %'
-    assert first(found).evidence.endswith(said) == (likeliest is CauseKind.OTHER_PLAN)
-
-
 def test_places_alike_are_counted():
     found = replace(TRIED, best=Fit(0.4, 0.91, 1.0), alike=(0.91, 0.9, 0.89, 0.89, 0.88))
     assert kinds(found) == [CauseKind.SELF_SIMILAR]
@@ -197,17 +143,6 @@ def test_a_scanner_upside_down_is_no_mirrored_drawing():
     assert kinds(replace(found, is_mirrored=True)) == [CauseKind.UPSIDE_DOWN]
 
 
-def test_places_that_are_as_probable_together_are_not_another_building():
-    """Half the walls are furniture: a right place explains few of them, and so does its twin."""
-    found = replace(TRIED, best=Fit(0.45, 0.6, 1.0), alike=(0.6, 0.6), alike_probability=0.9)
-    assert kinds(found) == [CauseKind.SELF_SIMILAR]
-    assert (
-        first(found).evidence
-        == '2 places explain the 140 m of observed wall equally well: 60 %, 60 %'
-    )
-    assert kinds(replace(found, alike_probability=0.04)) == [CauseKind.OTHER_PLAN]
-
-
 def test_storeys_that_nothing_tells_apart_are_not_another_building():
     invocation = Invocation(('fpnet', 'localize', 'drive', '--site'), 'site.yaml')
     found = replace(TRIED, storeys_alike=storeys_alike({'1': 0.45, '2': 0.44, '3': 0.01}))
@@ -227,3 +162,23 @@ def test_rare_scans_are_the_cause_of_drift_and_of_walls_that_fit_nowhere():
     assert first(found).evidence.startswith('2.0 scans per second, and no other odometry')
     assert first(found).next.endswith('plan.png --page 2 --poses POSES.tum')
     assert first(replace(found, sensed=Sensed(matched_hz=10.0))).kind is CauseKind.DRIFT
+
+
+def test_rooms_that_deny_a_scale_leave_nothing_for_guesses():
+    found = replace(TRIED, scale_conflict=ScaleEstimate(0.1, 0.08, 0.13))
+    assert kinds(found) == [CauseKind.SCALE]
+    assert first(found).evidence == (
+        'its rooms, doors and walls suggest 0.005 m per pixel (0.004 to 0.0065); 0.05 was used'
+    )
+    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
+
+
+def test_the_edge_of_what_was_searched_is_a_hint_only():
+    found = replace(POOR, best=Fit(0.02, 0.55, 1.1))
+    assert kinds(found) == [CauseKind.OTHER_PLAN, CauseKind.SCALE]
+    assert 'the highest searched (0.90 to 1.10)' in causes_of(found)[1].evidence
+
+
+def test_what_explains_no_more_is_no_proof():
+    found = replace(TRIED, mirror=Fit(0.99, 0.57, 1.0), rescaled=Fit(0.99, 0.57, 1.6))
+    assert kinds(found) == [CauseKind.OTHER_PLAN]

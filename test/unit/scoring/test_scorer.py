@@ -74,14 +74,6 @@ def test_a_doubt_takes_what_it_is_worth():
     assert certain.best == pytest.approx(stated.best)
 
 
-def test_placements_that_say_the_same_can_be_left_out():
-    scorer = PlacementScorer(BLIND, 0.99)
-    found = posterior(scorer, [2.0, 2.0, -5.0])
-    one = scorer.reduced(found, np.array([0, 2]))
-    assert len(one.placements) == len(one.evidence) == 2
-    assert one.best > 0.98 > 0.51 > found.best
-
-
 def test_a_word_decides_between_places_that_look_alike():
     scorer = PlacementScorer(BLIND, 0.99)
     found = posterior(scorer, [8.0, 8.0, 8.0])
@@ -108,11 +100,6 @@ def test_walls_that_contradict_outweigh_a_word():
     assert 0.9 < with_hint.best < found.best
 
 
-def test_a_judge_that_knows_nothing_holds_all_for_equally_probable():
-    p = np.exp(BLIND.log_probability(blank(3)))
-    np.testing.assert_allclose(p, 0.2)
-
-
 def test_the_order_of_placements_changes_nothing():
     rng = np.random.default_rng(5)
     figures = rng.normal(size=(6, len(FIGURES))).astype(np.float32)
@@ -124,12 +111,6 @@ def test_the_order_of_placements_changes_nothing():
     np.testing.assert_allclose(shuffled[-2:], straight[-2:], atol=1e-9)
 
 
-def test_no_placements_leave_none_and_another_building():
-    p = np.exp(read_scorer().log_probability(blank(0)))
-    assert p.shape == (2,)
-    assert p.sum() == pytest.approx(1.0)
-
-
 def test_figures_beyond_all_experience_count_no_more_than_the_utmost_experience():
     model = read_scorer()
     far = blank(2)
@@ -138,3 +119,11 @@ def test_figures_beyond_all_experience_count_no_more_than_the_utmost_experience(
     np.testing.assert_allclose(
         model.log_probability(Evidence(figures, far.context)), model.log_probability(further)
     )
+
+
+def test_placements_that_say_the_same_can_be_left_out():
+    scorer = PlacementScorer(BLIND, 0.99)
+    found = posterior(scorer, [2.0, 2.0, -5.0])
+    one = scorer.reduced(found, np.array([0, 2]))
+    assert len(one.placements) == len(one.evidence) == 2
+    assert one.best > 0.98 > 0.51 > found.best

@@ -51,38 +51,7 @@ def test_a_doorway_has_its_width_and_walls_at_both_ends(angle_deg):
     assert found['unseen_most'] == found['furniture'] == found['lintel'] == 0.0
 
 
-def test_nothing_hangs_on_which_end_or_side_is_first():
-    free, ends = doorway(27.0)
-    assert figures(free, ends) == pytest.approx(figures(free, ends[::-1]), abs=1e-9)
-
-
-def test_a_line_across_a_room_meets_no_wall_that_goes_on_beside_it():
-    free, ends = doorway(0.0)
-    found = figures(free, ends + np.array([0.0, 1.0 / CELL_M]))  # a metre into the larger room
-    assert found['met_most'] == 0.0
-    assert found['least_narrow_1'] > 0.9
-
-
-def test_masks_count_where_they_are():
-    free, ends = doorway(0.0)
-    (row, col), side = np.rint(ends.mean(axis=0)).astype(int), np.zeros_like(free)
-    side[:, col + 2 :] = True
-    found = figures(free & ~side, ends, unseen=side)
-    assert (found['unseen_least'], found['unseen_most']) == pytest.approx((0.0, 1.0), abs=0.2)
-    lintel = np.zeros_like(free)
-    lintel[row - 5 : row + 5, col] = True
-    assert figures(free, ends, lintel=lintel)['lintel'] == pytest.approx(0.5, abs=0.1)
-    assert figures(free, ends, furniture=side)['furniture'] == pytest.approx(0.5, abs=0.15)
-
-
 @pytest.mark.parametrize('angle_deg', [0.0, 10.0, 33.0, 60.0])
 def test_walls_have_a_direction_but_for_quarter_turns(angle_deg):
     found = np.degrees(wall_direction(doorway(angle_deg)[0])) - angle_deg
     assert (found + 45.0) % 90.0 - 45.0 == pytest.approx(0.0, abs=1.0)
-
-
-def test_no_lines_have_no_figures():
-    free, _ = doorway(0.0)
-    nothing = np.zeros_like(free)
-    around = LineMasks(free, nothing, nothing, nothing, CELL_M)
-    assert line_figures(np.zeros((0, 2, 2)), around).shape == (0, len(LINE_FIGURES))

@@ -16,46 +16,11 @@ from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.door_model import (
     DOOR_NAME,
     DOOR_SCHEMA,
-    FIGURES,
-    DoorModel,
     model_of,
-    packaged_door_model,
-    shapes,
 )
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 CELL_M = 0.05
-
-
-def planted(column, slope, members=2, width=3):
-    """A model whose answer rises with one figure."""
-    tensors = {name: np.zeros(shape, np.float32) for name, shape in shapes(members, width).items()}
-    tensors['spread'][:] = 1.0
-    tensors['first'][:, 0, FIGURES.index(column)] = slope
-    tensors['second'][:, 0, 0] = tensors['out'][:, 0] = 1.0
-    return DoorModel(tensors)
-
-
-def test_networks_vote_on_each_line_by_itself():
-    rng = np.random.default_rng(0)
-    figures = rng.normal(size=(7, len(FIGURES)))
-    model = planted('width', 2.0)
-    probability = model.probability_of_one_room(figures)
-    order = rng.permutation(7)
-    np.testing.assert_allclose(model.probability_of_one_room(figures[order]), probability[order])
-    rising = np.argsort(figures[:, FIGURES.index('width')].clip(0.0))
-    assert (np.diff(probability[rising]) >= -0.05).all()
-    assert model.probability_of_one_room(figures[:0]).shape == (0,)
-
-
-def test_what_was_not_measured_and_what_nobody_has_seen_count_little():
-    model = planted('width', 2.0)
-    figures = np.zeros((3, len(FIGURES)))
-    figures[1, FIGURES.index('width')] = np.nan
-    figures[2, FIGURES.index('width')] = 1e9
-    probability = model.probability_of_one_room(figures)
-    assert probability[0] == probability[1] == 0.5
-    assert np.isfinite(probability[2])
 
 
 def test_weights_for_other_figures_are_refused():
@@ -64,10 +29,6 @@ def test_weights_for_other_figures_are_refused():
     other = replace(weights, manifest={**weights.manifest, 'network': network})
     with pytest.raises(WeightsError, match='train doors'):
         model_of(other)
-
-
-def test_the_packaged_model_is_read_once():
-    assert packaged_door_model() is packaged_door_model()
 
 
 def corridor(left_m, right_m, frame_m, angle_deg):

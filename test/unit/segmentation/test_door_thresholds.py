@@ -11,7 +11,7 @@ from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.metrics.openings import place_agreement
 from fpnet_lab.sim.drawn.render import render_plan
-from fpnet_lab.sim.drawn.styles import STYLES, DrawingStyle
+from fpnet_lab.sim.drawn.styles import DrawingStyle
 from fpnet_lab.sim.plans import generate_plan
 
 CELL_M = 0.025
@@ -81,24 +81,6 @@ def test_what_outer_walls_show_is_a_window_within_too_but_for_a_leaf():
     assert len(doors(two_rooms(1, windows=3))) == 1
 
 
-@pytest.mark.parametrize('entrances', [1, 3])
-def test_sills_are_no_windows_where_more_of_them_are_within(entrances):
-    """Three rooms in a row, two doorways and some entrances, each closed by a line."""
-    cells = np.full((216, 520), OCCUPIED, np.int8)
-    for left in (8, 180, 352):
-        cells[8:208, left : left + 160] = FREE
-    for rows, left in ((slice(100, 136), 168), (slice(60, 96), 340)):
-        cells[rows, left : left + 12] = FREE
-        cells[rows, left + 6] = OCCUPIED
-    for left in (60, 240, 400)[:entrances]:
-        cells[:8, left : left + 36] = FREE
-        cells[4, left : left + 36] = OCCUPIED
-    framed = np.pad(cells, 40, constant_values=UNKNOWN)
-    found = doors(GridMap(framed, CELL_M))
-    within = sum(None not in portal.rooms for portal in found)
-    assert within == (2 if entrances == 1 else 0)
-
-
 @pytest.mark.parametrize('jamb_px', [1, 3])
 def test_doorways_in_hatched_walls_are_as_wide_as_their_jambs_lines_say(jamb_px):
     """The leaf hangs in the middle of a jamb's line, which a fifteenth of the doorway may be."""
@@ -139,12 +121,3 @@ def test_storeys_with_sills_keep_their_doors(lines):
     found = np.array([p.ends.mean(axis=0) for p in doors(grid)]).reshape(-1, 2)
     true = np.array([d.ends.mean(axis=0) for d in plan.doors if not d.is_open])
     assert place_agreement(found, true, 0.6).recall > 0.8
-
-
-def test_a_style_draws_sills_between_jambs():
-    plan = generate_plan(np.random.default_rng(7))
-    drawn = render_plan(plan, CELL_M, style=STYLES['sills'])
-    bare = render_plan(plan, CELL_M, style=DrawingStyle(walls='thick', doors='arc', windows=True))
-    added = (drawn.cells == OCCUPIED) & (bare.cells == FREE)
-    assert added.any()
-    assert ((drawn.cells == OCCUPIED) | (bare.cells != OCCUPIED)).all()

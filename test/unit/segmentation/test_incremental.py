@@ -133,17 +133,6 @@ def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
     assert cuts
 
 
-def test_a_turned_or_coarser_raster_starts_anew():
-    segmenter = SubmapSegmenter()
-    submap = row_of_rooms(424)
-    found, segmenter = segmenter.update(submap)
-    first = {r.track for r in found.regions}
-    grid = GridMap(submap.grid.cells, 0.06, submap.grid.T_frame_grid, 'submap')
-    second, _ = segmenter.update(Submap(grid, submap.lintel, np.zeros((0, 2))))
-    assert len(second.rooms) == 5
-    assert not first & {r.track for r in second.regions}
-
-
 def test_a_submap_that_empties_gives_a_reason():
     segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
@@ -177,3 +166,14 @@ def test_a_recording_is_cut_as_from_scratch_at_every_step():
             tracks = now
     assert np.mean(same) >= 0.95
     assert np.mean(kept) >= 0.95
+
+
+def test_a_turned_or_coarser_raster_starts_anew():
+    segmenter = SubmapSegmenter()
+    submap = row_of_rooms(424)
+    found, segmenter = segmenter.update(submap)
+    first = {r.track for r in found.regions}
+    grid = GridMap(submap.grid.cells, 0.06, submap.grid.T_frame_grid, 'submap')
+    second, _ = segmenter.update(Submap(grid, submap.lintel, np.zeros((0, 2))))
+    assert len(second.rooms) == 5
+    assert not first & {r.track for r in second.regions}

@@ -3,7 +3,6 @@
 """Pieces of free space joined into rooms."""
 
 import numpy as np
-import pytest
 
 from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import FIGURES, MAP_FIGURES
@@ -11,7 +10,6 @@ from fpnet_core.segmentation.joining import (
     DividingLines,
     Pieces,
     absorb_small,
-    figures_now,
     join_pieces,
     joining_stages,
 )
@@ -39,42 +37,6 @@ def by_width(least):
     return lambda figures: np.clip(figures[:, column] - least + 0.5, 0.0, 1.0)
 
 
-def named(now, pair, lines, live):
-    return [dict(zip(FIGURES, row, strict=True)) for row in figures_now(now, pair, lines, live)]
-
-
-def test_figures_are_those_of_the_rooms_as_they_are_now():
-    pieces, lines = row_of_rooms([10, 30, 5]), lines_between([(1, 2), (2, 3)], [1.0, 0.5])
-    live = np.arange(2)
-    first, last = named(pieces, lines.pieces, lines, live)
-    assert np.exp(first['area_small']) == pytest.approx(2.0)
-    assert np.exp(first['area_large']) == pytest.approx(6.0)
-    assert np.exp(first['long_small']) == pytest.approx(2.0, rel=0.01)
-    assert first['wide_small'] == pytest.approx(1.0, rel=0.02)
-    assert first['fill_both'] == pytest.approx(1.0, rel=0.01)
-    assert first['over_peak'] == pytest.approx(0.5)
-    assert (first['frontier_small'], last['frontier_small']) == pytest.approx((0.0, 2.0))
-    now = pieces.joined(np.array([0, 1, 1, 3]))
-    (after,) = named(now, np.array([[1, 3]]), lines, np.array([1]))
-    assert np.exp(after['area_large']) == pytest.approx(8.0)
-    assert after['peak_large'] == 2.0
-
-
-def test_moments_add_up():
-    whole, halves = row_of_rooms([40]), row_of_rooms([10, 30])
-    joined = halves.joined(np.array([0, 1, 1]))
-    np.testing.assert_allclose(joined.moments[1], whole.moments[1])
-    assert joined.moments[2].sum() == 0.0
-
-
-def test_a_bent_pair_fills_its_box_less_than_either_piece():
-    labels = np.zeros((50, 50), np.int32)
-    labels[2:42, 2:12], labels[32:42, 12:45] = 1, 2
-    pieces = Pieces.of(labels, np.ones(labels.shape, np.float32), labels > 9, CELL_M)
-    (found,) = named(pieces, np.array([[1, 2]]), lines_between([(1, 2)], [1.0]), np.arange(1))
-    assert found['fill_both'] < 0.8 < found['fill_small']
-
-
 def test_the_surest_join_first_and_the_others_are_judged_again():
     pieces = row_of_rooms([10, 10, 30])
     lines = lines_between([(1, 2), (2, 3)], [1.0, 0.7])
@@ -83,19 +45,6 @@ def test_the_surest_join_first_and_the_others_are_judged_again():
     stages = list(joining_stages(pieces, lines, by_width(0.6)))
     assert [stage.tolist() for stage in stages] == [[0, 1, 1, 3]]
     np.testing.assert_array_equal(join_pieces(pieces, lines, by_width(0.6)), stages[-1])
-
-
-def test_a_line_beside_which_nothing_has_joined_is_not_judged_again():
-    pieces = row_of_rooms([10, 10, 30, 20, 20])
-    lines = lines_between([(1, 2), (2, 3), (4, 5)], [1.0, 0.7, 0.5])
-    counts = []
-
-    def scored(figures):
-        counts.append(len(figures))
-        return by_width(0.6)(figures)
-
-    assert join_pieces(pieces, lines, scored).tolist() == [0, 1, 1, 3, 4, 5]
-    assert counts == [3, 1]  # all, then that between the joined pieces and the third
 
 
 def test_nothing_joins_across_no_lines_or_doors():

@@ -19,7 +19,6 @@ from fpnet_core.segmentation.scale_model import (
     packaged_scale_model,
     pooled,
     quantiles,
-    smeared,
 )
 from fpnet_core.types import (
     FREE,
@@ -84,12 +83,6 @@ def test_what_stands_in_a_room_like_a_piece_of_wall_changes_no_length():
     np.testing.assert_allclose(found.values, clean.values)
 
 
-def test_lines_of_a_cell_say_nothing_of_walls():
-    figures = scale_figures(two_rooms(wall_cells=1))
-    assert np.isnan(figures.values[FIGURES.index('wall_50')])
-    assert figures.values[FIGURES.index('has_walls')] == 0.0
-
-
 def test_another_nominal_scale_moves_the_reference_only():
     one, other = (scale_figures(two_rooms(), factor) for factor in (1.0, 1.7))
     counted = FIGURES.index('door_mode'), FIGURES.index('door_agreement')
@@ -112,15 +105,6 @@ def test_a_posterior_is_a_distribution_that_moves_with_the_reference(side):
     np.testing.assert_allclose(shift, 0.3, atol=0.02)
 
 
-def test_wider_doors_are_a_smaller_true_scale():
-    model = packaged_scale_model()
-    narrow, wide = (
-        quantiles(model.posterior(scale_figures(two_rooms(widths)), 'plan'), (0.5,))[0]
-        for widths in ((0.7,) * 6, (1.2,) * 6)
-    )
-    assert wide < narrow - 0.05
-
-
 def test_what_a_picture_tells_moves_the_scale_towards_it_whatever_the_unit():
     at = np.linspace(-4.0, 4.0, 161)
     plain = packaged_scale_model().posterior(scale_figures(two_rooms()), 'plan')
@@ -133,26 +117,10 @@ def test_what_a_picture_tells_moves_the_scale_towards_it_whatever_the_unit():
     np.testing.assert_allclose(pooled(plain, per_half, 0.5), pooled(plain, larger, 1.0))
 
 
-def test_what_lies_far_beyond_the_grid_is_at_its_edge():
-    figures = scale_figures(two_rooms(), 60.0)
-    posterior = packaged_scale_model().posterior(figures, 'plan')
-    assert np.isfinite(posterior).all()
-    assert quantiles(posterior, (0.5,))[0] < -1.2
-
-
 def test_nothing_measured_is_anything_possible():
     nothing = ScaleFigures(np.full(len(FIGURES), np.nan), None)
     posterior = packaged_scale_model().posterior(nothing, 'plan')
     np.testing.assert_allclose(posterior, 1.0 / len(GRID))
-
-
-def test_smearing_widens_and_keeps_the_middle():
-    sharp = np.where(np.abs(GRID - 0.2) < 0.005, 1.0, 0.0)
-    wide = smeared(sharp, 0.5, 0.2)
-    assert wide.sum() == pytest.approx(1.0)
-    low, median, high = quantiles(wide, (0.05, 0.5, 0.95))
-    assert median == pytest.approx(0.2, abs=0.01)
-    assert high - low == pytest.approx(2 * 1.2816 * 0.2, rel=0.05)  # half of it: ten per cent out
 
 
 def test_weights_for_other_figures_are_refused():

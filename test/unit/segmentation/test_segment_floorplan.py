@@ -11,7 +11,6 @@ import pytest
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import (
-    ScaleEstimate,
     estimate_metres_per_unit,
     segment_floorplan,
     segment_unknown_scale,
@@ -171,21 +170,6 @@ def test_a_piece_of_wall_between_doorways_is_no_furniture(angle_deg, bar_m, leg_
         assert np.linalg.norm(middles - at, axis=1).min() < 0.3
 
 
-@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
-@pytest.mark.parametrize('scale', [1.0, 1.4])
-def test_an_arrow_through_a_doorway_is_no_piece_of_wall(angle_deg, scale):
-    """Not in a drawing either that is taken for two fifths larger."""
-    rooms = [(0.0, 0.0, 9.0, 3.0), (0.0, 3.2, 4.4, 7.0), (4.6, 3.2, 9.0, 7.0)]
-    doorways = [(x, 2.9, x + 1.0, 3.3) for x in (1.5, 6.5)]
-    arrows = [rectangle(x + 0.45, 2.4, x + 0.55, 3.9) for x in (1.5, 6.5)]
-    T_grid_plan = SE2.from_xy_yaw(8.0, 4.0, np.deg2rad(angle_deg))
-    free = [rectangle(*box) for box in rooms + doorways]
-    grid = GridMap(draw(T_grid_plan, free, arrows), RESOLUTION_M)
-    segmentation = segment_floorplan(grid, CONFIG, scale)
-    widths = [portal.width_m for portal in segmentation.portals]
-    assert widths == pytest.approx([1.0, 1.0], abs=0.15)
-
-
 @pytest.mark.parametrize('size', [(2.2, 1.2), (1.2, 0.8)])
 def test_an_outlined_table_is_no_room_and_hides_no_door(size):
     """The large one is closed, and nobody can enter it."""
@@ -196,16 +180,6 @@ def test_an_outlined_table_is_no_room_and_hides_no_door(size):
     bare, found = (segment_floorplan(each, CONFIG) for each in (grid, drawn))
     assert len(found.portals) == len(DOORS)
     assert len(found.regions) == len(bare.regions)
-
-
-def test_what_lies_between_the_building_and_a_frame_around_it_is_no_room():
-    grid, _ = office(paper=True)
-    framed = grid.cells.copy()
-    framed[[3, -4], 3:-3] = OCCUPIED
-    framed[3:-3, [3, -4]] = OCCUPIED
-    found = segment_floorplan(replace(grid, cells=framed), CONFIG)
-    assert len(found.portals) == len(DOORS)
-    assert len(found.regions) == len(segment_floorplan(grid, CONFIG).regions)
 
 
 @pytest.mark.parametrize('angle_deg', [0.0, 33.0])
@@ -280,11 +254,6 @@ def test_the_scale_does_not_depend_on_the_nominal_one():
     assert (other.low, other.high) == pytest.approx((0.5 * one.low, 0.5 * one.high), rel=1e-6)
 
 
-@pytest.mark.parametrize(('low', 'high', 'is_sure'), [(1.9, 2.1, True), (1.7, 2.1, False)])
-def test_a_scale_is_sure_within_ten_per_cent(low, high, is_sure):
-    assert ScaleEstimate(2.0, low, high).is_sure is is_sure
-
-
 @pytest.mark.parametrize('value', [FREE, OCCUPIED, UNKNOWN])
 @pytest.mark.parametrize('shape', [(1, 1), (1, 40), (60, 50)])
 def test_uniform_grids_give_an_empty_result_with_a_reason(value, shape):
@@ -300,3 +269,28 @@ def test_random_noise_neither_fails_nor_invents_rooms():
     segmentation = segment_floorplan(GridMap(cells, 0.05), CONFIG)
     assert segmentation.regions == ()
     assert 'no room' in segmentation.reason
+
+
+@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
+@pytest.mark.parametrize('scale', [1.0, 1.4])
+def test_an_arrow_through_a_doorway_is_no_piece_of_wall(angle_deg, scale):
+    """Not in a drawing either that is taken for two fifths larger."""
+    rooms = [(0.0, 0.0, 9.0, 3.0), (0.0, 3.2, 4.4, 7.0), (4.6, 3.2, 9.0, 7.0)]
+    doorways = [(x, 2.9, x + 1.0, 3.3) for x in (1.5, 6.5)]
+    arrows = [rectangle(x + 0.45, 2.4, x + 0.55, 3.9) for x in (1.5, 6.5)]
+    T_grid_plan = SE2.from_xy_yaw(8.0, 4.0, np.deg2rad(angle_deg))
+    free = [rectangle(*box) for box in rooms + doorways]
+    grid = GridMap(draw(T_grid_plan, free, arrows), RESOLUTION_M)
+    segmentation = segment_floorplan(grid, CONFIG, scale)
+    widths = [portal.width_m for portal in segmentation.portals]
+    assert widths == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+def test_what_lies_between_the_building_and_a_frame_around_it_is_no_room():
+    grid, _ = office(paper=True)
+    framed = grid.cells.copy()
+    framed[[3, -4], 3:-3] = OCCUPIED
+    framed[3:-3, [3, -4]] = OCCUPIED
+    found = segment_floorplan(replace(grid, cells=framed), CONFIG)
+    assert len(found.portals) == len(DOORS)
+    assert len(found.regions) == len(segment_floorplan(grid, CONFIG).regions)

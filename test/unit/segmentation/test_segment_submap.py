@@ -9,7 +9,6 @@ import pytest
 
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
-from fpnet_core.segmentation.submap import part_scene
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
@@ -43,22 +42,6 @@ def test_fully_seen_rooms_have_no_frontier():
     (portal,) = segmentation.portals
     assert portal.rooms in {(0, 1), (1, 0)}
     assert not portal.has_lintel
-
-
-def test_rooms_of_scans_reach_into_the_cells_with_returns_of_their_walls():
-    drawn, path = two_rooms(), np.zeros((1, 2))
-    rooms = segment_submap(Submap(drawn.grid, drawn.lintel, path)).rooms
-    assert rooms[0].area_m2 == pytest.approx(122 * 82 * 0.05**2, rel=0.01)
-
-
-def test_where_noise_or_drift_spreads_returns_of_one_face_the_room_ends_in_their_middle():
-    drawn = two_rooms()
-    cells = drawn.grid.cells.copy()
-    # The wall between both rooms has two faces, and no unseen space behind either.
-    cells[6:10, 8:232] = cells[90:94, 8:232] = OCCUPIED
-    grid = replace(drawn.grid, cells=cells)
-    rooms = segment_submap(Submap(grid, drawn.lintel, np.zeros((1, 2)))).rooms
-    assert rooms[0].area_m2 == pytest.approx(122 * 84 * 0.05**2, rel=0.005)
 
 
 def test_half_seen_room_knows_its_frontier():
@@ -100,17 +83,6 @@ def test_a_lintel_closes_its_doorway_even_where_it_is_wide(door):
     submap = two_rooms(lintel=True, door=door)
     middle = submap.grid.rc_to_xy([(door[0] + door[1] - 1) / 2, 131.5])
     assert portal.ends.mean(axis=0) == pytest.approx(middle, abs=0.15)
-
-
-def test_no_lintel_is_looked_at_again_where_rooms_are_held():
-    submap = two_rooms(lintel=True)
-    grid, free = submap.grid, submap.grid.cells == FREE
-    _, found = part_scene(grid, submap.lintel, grid.resolution)
-    _, again = part_scene(grid, submap.lintel, grid.resolution, held=free)
-    assert (len(found), len(again)) == (1, 0)
-    scene, known = part_scene(grid, submap.lintel, grid.resolution, found, held=free)
-    assert known == found
-    assert scene.lintel.any()
 
 
 def test_the_wide_opening_without_a_lintel_is_a_door_where_walls_end_at_it():
@@ -178,3 +150,13 @@ def test_a_small_free_patch_is_no_room():
     segmentation = segment_submap(submap_from_grid(GridMap(cells, 0.05)))
     assert segmentation.regions == ()
     assert segmentation.reason
+
+
+def test_where_noise_or_drift_spreads_returns_of_one_face_the_room_ends_in_their_middle():
+    drawn = two_rooms()
+    cells = drawn.grid.cells.copy()
+    # The wall between both rooms has two faces, and no unseen space behind either.
+    cells[6:10, 8:232] = cells[90:94, 8:232] = OCCUPIED
+    grid = replace(drawn.grid, cells=cells)
+    rooms = segment_submap(Submap(grid, drawn.lintel, np.zeros((1, 2)))).rooms
+    assert rooms[0].area_m2 == pytest.approx(122 * 84 * 0.05**2, rel=0.005)

@@ -88,21 +88,16 @@ def test_a_gap_is_square_to_the_corridor_that_a_bent_wall_opens_to(angle_deg):
     assert np.hypot(*(middles - mouth).T) == pytest.approx(0.0, abs=0.15)
 
 
-def test_an_opening_wider_than_any_gap_joins(monkeypatch):
-    monkeypatch.setattr(gaps, 'GAP_WIDTH_M', 2.0)
-    free = drawing(WIDE, 21.7)
-    assert find_gaps(free, ~free, CELL_M) == []
-
-
 @pytest.mark.parametrize('angle_deg', ANGLES)
 def test_corridor_corner_is_no_gap(angle_deg):
     free = drawing([(0.0, 2.0, 10.0, 9.0)], angle_deg)
     assert find_gaps(free, ~free, CELL_M) == []
 
 
-def test_unseen_cells_end_no_gap():
-    free = drawing(WIDE, 0.0)
-    assert find_gaps(free, np.zeros_like(free), CELL_M) == []
+def test_an_opening_wider_than_any_gap_joins(monkeypatch):
+    monkeypatch.setattr(gaps, 'GAP_WIDTH_M', 2.0)
+    free = drawing(WIDE, 21.7)
+    assert find_gaps(free, ~free, CELL_M) == []
 
 
 def test_gap_onto_a_partition_is_two_openings():

@@ -33,27 +33,6 @@ def test_clean_plan_is_cut_into_its_rooms_and_doors(method):
     assert sorted(room.area_m2 for room in segmentation.rooms) == pytest.approx(areas, rel=0.05)
 
 
-def test_distance_method_finds_every_room_and_splits_some():
-    segmentation = segment_floorplan(plan(), SegmentationConfig(method='distance'))
-    middles = [((y0 + y1) * 2, (x0 + x1) * 2) for x0, y0, x1, y1 in ROOMS]
-    labels = {int(segmentation.labels[middle]) for middle in middles}
-    assert len(labels - {0}) == len(ROOMS)
-    assert len(segmentation.rooms) >= len(ROOMS)
-
-
-def test_furniture_misleads_the_simple_methods_only():
-    grid = plan()
-    cells = grid.cells.copy()
-    cells[14:30:4, 10:50:4] = OCCUPIED
-    furnished = GridMap(cells, grid.resolution)
-    counts = {
-        method: len(segment_floorplan(furnished, SegmentationConfig(method=method)).rooms)
-        for method in ('default', 'distance')
-    }
-    assert counts['default'] == len(ROOMS)
-    assert counts['distance'] != len(ROOMS)
-
-
 def test_the_inside_of_walls_drawn_as_two_lines_is_no_room():
     grid = plan(0.05)
     walls = (grid.cells == OCCUPIED).astype(np.uint8)

@@ -9,7 +9,6 @@ from real_data import DATA, needs
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.segmentation.leaves import at
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.drawn.render import render_plan
@@ -124,25 +123,6 @@ def test_drawings_without_arcs_stay_as_they_are(style, seed):
     np.testing.assert_array_equal(erase_door_symbols(free, 0.08), free)
 
 
-@pytest.mark.parametrize('shape', [(1, 1), (1, 40), (30, 30)])
-@pytest.mark.parametrize('value', [False, True])
-def test_uniform_drawings_stay_as_they_are(shape, value):
-    free = np.full(shape, value)
-    np.testing.assert_array_equal(erase_door_symbols(free, 0.02), free)
-
-
-def test_cells_as_large_as_a_leaf_show_no_symbols():
-    free = np.random.default_rng(0).random((40, 50)) > 0.3
-    np.testing.assert_array_equal(erase_door_symbols(free, 3.0), free)
-
-
-def test_an_arc_before_a_closed_wall_stays():
-    cells = two_rooms(0.0, leaf_and_arc())
-    cells[:, 117:122] = OCCUPIED
-    free = cells == FREE
-    np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)
-
-
 @pytest.mark.real
 @needs('bormann')
 @pytest.mark.parametrize('plan', ['office_b', 'NLB'])
@@ -164,7 +144,8 @@ def test_chairs_in_a_doorway_may_go_and_walls_stay(seed):
     assert (erased != furnished).sum() < 1e-3 * bare.sum()
 
 
-def test_beyond_the_rim_is_what_the_rim_shows():
-    values = np.arange(12, dtype=np.uint8).reshape(3, 4)
-    places = np.array([[[0.4, 3.6], [-2.0, 1.0]], [[7.3, 2.0], [1.6, -9.0]]])
-    np.testing.assert_array_equal(at(values, places), [[3, 1], [10, 8]])
+def test_an_arc_before_a_closed_wall_stays():
+    cells = two_rooms(0.0, leaf_and_arc())
+    cells[:, 117:122] = OCCUPIED
+    free = cells == FREE
+    np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)

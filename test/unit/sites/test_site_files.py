@@ -11,10 +11,8 @@ import pytest
 import yaml
 
 from fpnet_core.errors import FpnetError, MapFormatError, SiteError
-from fpnet_core.geometry import SE2
 from fpnet_core.io.maps import write_map
 from fpnet_core.sites import Link, LinkKind, Site, Storey
-from fpnet_core.sites.open_rmf import rigid_fit
 from fpnet_core.sites.site_files import read_site
 
 TWO = {
@@ -258,12 +256,6 @@ def test_errors_of_open_rmf_name_what_is_wrong(tmp_path, damage, named):
     damage(values)
     with pytest.raises((SiteError, MapFormatError), match=named):
         read_site(written(tmp_path, values, 'hotel.building.yaml'))
-
-
-def test_a_pose_is_fitted_to_points():
-    T = SE2.from_xy_yaw(3.0, -2.0, 0.7)
-    here = np.array([[0.0, 0.0], [5.0, 1.0], [-2.0, 4.0]])
-    np.testing.assert_allclose(rigid_fit(here, T.apply(here)).matrix, T.matrix, atol=1e-12)
 
 
 def test_a_site_knows_its_storeys():

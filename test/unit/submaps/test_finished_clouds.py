@@ -178,11 +178,6 @@ def test_ground_outside_of_a_building_with_ceilings_is_dropped():
     assert len(found.rooms) == 2
 
 
-def test_a_cloud_without_a_ceiling_is_read_from_its_floor():
-    found = rooms_of(storey(with_ceiling=False))
-    assert len(found.rooms) == 2
-
-
 def test_a_robot_that_saw_nothing_above_it_takes_all_that_stands_for_walls():
     low = storey()
     found = rooms_of(low[low[:, 2] < 1.7])

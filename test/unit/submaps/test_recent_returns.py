@@ -15,10 +15,6 @@ def seen(recent, returns, xy, yaw):
     recent.add(returns, np.ones(len(returns), dtype=bool), xy, yaw)
 
 
-def test_nothing_seen_gives_no_points():
-    assert RecentReturns().points().shape == (0, 2)
-
-
 def test_only_the_last_metres_of_the_path_are_kept():
     recent = RecentReturns()
     for place in np.arange(0.0, 30.0, 0.1):
@@ -34,20 +30,6 @@ def test_a_robot_that_stands_keeps_what_it_saw_on_the_way():
     for _ in range(100):
         seen(recent, wall(2.0), np.array([1.0, 0.0]), 0.0)
     assert set(np.unique(recent.points()[:, 0])) == {1.0, 2.0}
-
-
-def test_turning_in_place_counts_as_motion():
-    recent = RecentReturns()
-    for yaw in (0.0, 0.1, 0.5):
-        seen(recent, wall(10.0 * yaw), np.zeros(2), yaw)
-    assert set(np.unique(recent.points()[:, 0])) == {0.0, 5.0}
-
-
-def test_points_are_even_however_often_a_wall_is_seen():
-    recent = RecentReturns()
-    for place in np.arange(0.0, 5.0, 0.3):
-        seen(recent, wall(2.0), np.array([0.0, place]), 0.0)
-    assert len(recent.points()) <= 41
 
 
 def test_walls_are_what_nothing_was_seen_behind():

@@ -76,13 +76,6 @@ def test_a_million_outliers_neither_stretch_the_raster_nor_hide_the_room():
     assert (submap.grid.cells == FREE).any()
 
 
-def test_nans_are_refused_with_what_to_do():
-    points = np.ones((10, 3))
-    points[3] = np.nan
-    with pytest.raises(CloudFormatError, match='drop them'):
-        SubmapBuilder(SubmapConfig()).add_scan(points, np.eye(4), 0)
-
-
 def test_a_robot_that_drives_too_far_is_refused_and_keeps_its_map(monkeypatch):
     monkeypatch.setattr(raster, 'MAX_EXTENT_M', 60.0)
     builder = SubmapBuilder(SubmapConfig())

@@ -18,7 +18,6 @@ from fpnet_lab.training.covariance import (
     CovarianceTraining,
     consistency,
     covariances_of,
-    enlarged,
     fit_covariance,
     held_back_errors,
     normalised_errors_of,
@@ -85,39 +84,11 @@ def test_buildings_that_are_left_out_tell_whether_a_fit_holds(samples):
     assert held['nees_worst_run'] >= held['nees_mean']
 
 
-def test_enlarging_scales_every_covariance(samples, fitted):
-    few = samples.where(np.arange(20))
-    np.testing.assert_allclose(
-        covariances_of(enlarged(fitted, 1.7), few), 1.7 * covariances_of(fitted, few), rtol=1e-9
-    )
-
-
-def test_each_run_weighs_the_same():
-    nees = np.array([1.0, 1.0, 1.0, 9.0])
-    held = consistency(nees, np.array([0, 0, 0, 2]))
-    assert (held['runs'], held['nees_mean'], held['inside_95']) == (2, 5.0, 0.5)
-
-
 def test_a_stored_model_is_read_again(fitted, samples):
     read = UncertaintyModel.from_json(json.loads(json.dumps(stored(fitted, {'data': {}}))))
     np.testing.assert_allclose(
         covariances_of(read, samples), covariances_of(fitted, samples), rtol=2e-3, atol=1e-9
     )
-
-
-def test_drives_are_numbered_through_when_they_are_joined(samples):
-    parts = [samples.where(samples.building == number) for number in (3, 5)]
-    renumbered = [
-        Samples(
-            **{each.name: getattr(part, each.name) for each in fields(Samples)}
-            | {'run': part.run % 2}
-        )
-        for part in parts
-    ]
-    joined = Samples.joined(renumbered).numbered()
-    assert len(joined) == sum(map(len, parts))
-    assert len(np.unique(joined.run)) == 4
-    assert set(joined.building) == {3, 5}
 
 
 def test_the_command_fits_to_the_drives_that_it_has(tmp_path: Path, samples):

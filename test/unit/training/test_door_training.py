@@ -13,23 +13,18 @@ from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import DOOR_SCHEMA, MAP_FIGURES, model_of
 from fpnet_core.segmentation.joining import DividingLines, Pieces, join_pieces
 from fpnet_core.segmentation.rooms import cut_parts
-from fpnet_lab.sim.plans.sources import GeneratedPlans
 from fpnet_lab.training.door_samples import (
     DoorAmounts,
     DoorSample,
-    _drive,
     _generated,
     _samples,
     _tour,
     door_tasks,
-    with_wide_openings,
 )
 from fpnet_lab.training.doors import (
     DoorTraining,
     fit_doors,
-    folds,
     held_back_figures,
-    lines_shown,
     room_f1,
     write_doors,
 )
@@ -82,24 +77,6 @@ def test_the_same_samples_give_the_same_weights():
         np.testing.assert_array_equal(value, other.tensors[name])
 
 
-def test_lines_are_judged_by_the_true_rooms_of_what_has_joined():
-    (sample,) = made_up(np.random.default_rng(1), 1)
-    shown = lines_shown(sample, np.arange(11))
-    np.testing.assert_array_equal(shown.is_one, np.arange(9) % 2 == 0)
-    target = np.array([0, 1, 1, 3, 3, 5, 5, 7, 7, 9, 9])
-    assert not lines_shown(sample, target).is_one.any()
-    half = sample.overlap.copy()
-    half[3] = half[3].sum() / 2.0 * np.isin(np.arange(6), (2, 5))  # in two rooms, half and half
-    assert len(lines_shown(replace(sample, overlap=half), np.arange(11)).is_one) == 7
-
-
-def test_no_building_is_on_both_sides_of_a_fold():
-    samples = made_up(np.random.default_rng(1), 12)
-    left_out = folds(samples, 3)
-    assert sum(len(fold) for fold in left_out) == len(set.union(*left_out)) == 12
-    assert all(any(s.is_real and s.building in fold for s in samples) for fold in left_out)
-
-
 def test_weights_come_back_as_they_were(tmp_path):
     samples = made_up(np.random.default_rng(1), 4)
     first, *_ = samples
@@ -122,27 +99,7 @@ def test_generated_maps_have_pieces_in_their_true_rooms(make):
     assert cut_parts(scene).pieces.moments[:, 0].sum() > 20.0
 
 
-def test_wide_openings_stay_between_their_rooms():
-    rng = np.random.default_rng(5)
-    plan = GeneratedPlans(10, 20).storey(3, 0, 0).plan
-    wide = [with_wide_openings(plan, rng) for _ in range(12)]
-    doors = [pair for w in wide for pair in zip(plan.doors, w.doors, strict=True)]
-    changed = [(old, new) for old, new in doors if new is not old]
-    assert changed
-    for old, new in changed:
-        assert old.rooms == new.rooms
-        assert 1.4 <= new.width_m <= 3.8
-        assert abs((new.ends - old.ends.mean(axis=0)) @ old.normal).max() < 1e-6
-
-
 def test_missing_data_is_named(tmp_path):
     first = next(door_tasks(tmp_path, 0, DoorAmounts().scaled(0.001)))
     with pytest.raises(FpnetError, match=r'\.png is missing'):
         _samples(first)
-
-
-def test_a_drive_is_a_submap_of_its_building():
-    scene, truth = _drive(5004, np.random.default_rng(0))  # planar: a second
-    assert scene.has_scans
-    assert not scene.sees_lintels
-    assert (truth[scene.free] > 0).mean() > 0.8

@@ -16,7 +16,6 @@ from fpnet_lab.training.doubts import (
     DoubtTrial,
     fit_doubts,
     held_out_figures,
-    threshold,
     write_doubts,
 )
 
@@ -71,7 +70,3 @@ def test_nothing_is_learned_from_right_readings_alone():
         fit_doubts(right, SETTINGS)
     with pytest.raises(FpnetError, match='other images'):
         fit_doubts([trial for trial in planted() if trial.kind != OTHER], SETTINGS)
-
-
-def test_the_threshold_leaves_a_share_of_the_right_ones_above():
-    assert threshold(np.linspace(0, 1, 101), np.zeros(101, np.bool_), 0.05) == pytest.approx(0.95)

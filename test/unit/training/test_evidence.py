@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from fpnet_core.geometry import Similarity2D
-from fpnet_core.matching.consensus import EVIDENCE, Assignments
-from fpnet_core.matching.geometry import GraphGeometry
+from fpnet_core.matching.consensus import EVIDENCE
 from fpnet_lab.training.evidence import (
     PlacementExample,
     fit_evidence_model,
     negative_log_likelihood,
-    score_assignments,
 )
 
 
@@ -51,23 +48,3 @@ def test_gradient_agrees_with_finite_differences(right):
     for k, step in enumerate(1e-6 * np.eye(len(at))):
         high, low = (negative_log_likelihood(example, at + s * step, spread)[0] for s in (1, -1))
         assert gradient[k] == pytest.approx((high - low) / 2e-6, abs=1e-6)
-
-
-def test_placements_are_judged_in_the_graphs_own_units():
-    truth = Similarity2D.from_scale_yaw(1.1, 0.6, [12.0, -3.0])
-
-    def side(unit, origin):
-        nothing = np.zeros((1, 2))
-        box = np.zeros((1, 5))
-        mask = np.zeros(1, dtype=bool)
-        links = np.zeros((1, 1), bool)
-        return GraphGeometry(nothing, box, mask, np.ones(1), links, unit, origin, (), np.zeros(1))
-
-    plan, sub = side(0.9, np.array([5.0, 6.0])), side(1.3, np.array([-2.0, 1.0]))
-    a, b = truth.linear[:, 0] * sub.unit / plan.unit
-    x, y = (truth.apply(sub.origin) - plan.origin) / plan.unit
-    rows = np.array([[a, b, x, y], [a, b, x + 3.0, y], [-a, -b, x, y], [1.3 * a, 1.3 * b, x, y]])
-    assignments = Assignments(
-        rows, np.zeros((4, 1), np.int64), np.zeros((4, 1)), np.zeros((4, 11))
-    )
-    assert score_assignments(assignments, plan, sub, truth).tolist() == [True, False, False, False]

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M, network_from, parse
-from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL
+from fpnet_core.drawings.parsing.network import network_from, parse
+from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import read_onnx
 from fpnet_lab.sim.sheets import SheetKind
-from fpnet_lab.training import parser_samples
 from fpnet_lab.training.parser import STATE_FILE, ParserTrainer, ParserTraining
 from fpnet_lab.training.parser_network import (
     ParserNetwork,
@@ -21,16 +20,8 @@ from fpnet_lab.training.parser_network import (
     settle,
     unweighted,
 )
-from fpnet_lab.training.parser_samples import (
-    FIRST_SEED,
-    Sample,
-    blank_sample,
-    samples,
-    sheet_sample,
-)
-from fpnet_lab.training.parser_stream import ViewStream, scale_target
-from fpnet_lab.training.parser_tones import varied
-from fpnet_lab.training.parser_views import shrunk, two_views
+from fpnet_lab.training.parser_samples import FIRST_SEED, samples, sheet_sample
+from fpnet_lab.training.parser_views import two_views
 
 SIDE = 128
 
@@ -38,14 +29,6 @@ SIDE = 128
 @pytest.fixture(scope='module')
 def sample():
     return sheet_sample(FIRST_SEED, SheetKind.CLEAN)
-
-
-def test_a_sheet_knows_what_each_pixel_shows(sample):
-    assert sample.pixels.shape[:2] == sample.classes.shape == sample.overlays.shape
-    assert set(np.unique(sample.classes)) <= set(range(len(CLASSES)))
-    assert 1.0 < sample.wall_px < 40.0
-    floor_m2 = (sample.classes == FLOOR).sum() * sample.pixel_m**2
-    assert 20.0 < floor_m2 < 2600.0
 
 
 def test_views_show_the_same_places(sample):
@@ -65,49 +48,10 @@ def test_views_show_the_same_places(sample):
             assert np.isin(near, np.unique(there & 0b111)).any()
 
 
-def test_thin_walls_stay_closed_in_a_smaller_picture():
-    classes = np.full((240, 240), FLOOR, np.uint8)
-    classes[119:122] = WALL
-    plain = Sample(np.full((240, 240, 3), 255, np.uint8), classes, np.zeros_like(classes), 0.01)
-    _, answers = shrunk(plain, (40, 40))
-    assert (answers == WALL).any(axis=0).all()
-    assert (answers == WALL).sum(axis=0).max() == 1
-
-
-def test_around_some_buildings_all_is_of_one_tone(monkeypatch):
-    monkeypatch.setattr(parser_samples, '_GROUND_SHARE', 1.0)
-    monkeypatch.setattr(parser_samples, '_WALLS_SHARE', 1.0)
-    black = sheet_sample(FIRST_SEED + 3, SheetKind.CLEAN)
-    around = black.pixels[black.classes == OUTSIDE]
-    assert (around == around[0]).all()
-    assert np.abs(np.median(black.pixels[black.classes == WALL], axis=0) - around[0]).max() <= 1
-    assert np.abs(np.median(black.pixels[black.classes == FLOOR], axis=0) - around[0]).max() > 40
-
-
-def test_what_shows_no_building_is_outside():
-    blank = blank_sample(np.zeros((30, 40, 3), np.uint8))
-    assert (blank.classes == OUTSIDE).all()
-    assert not scale_target(blank.pixel_m).any()
-
-
 def test_equal_seeds_give_equal_samples():
     one, other = (next(samples(np.random.default_rng(2), FIRST_SEED, 1, [])) for _ in range(2))
     np.testing.assert_array_equal(one.pixels, other.pixels)
     np.testing.assert_array_equal(one.classes, other.classes)
-
-
-def test_a_true_scale_is_in_its_bin():
-    target = scale_target(0.05)
-    assert target.sum() == pytest.approx(1.0)
-    assert np.geomspace(*SCALE_M, SCALE_BINS)[target.argmax()] == pytest.approx(0.05, rel=0.08)
-
-
-def test_tones_change_both_looks_alike_and_stay_in_range():
-    pixels = torch.randint(0, 256, (5, 2, 3, 32, 32), dtype=torch.uint8)
-    one, other = (varied(pixels, torch.Generator().manual_seed(4)) for _ in range(2))
-    assert torch.equal(one, other)
-    assert one.shape == pixels.shape
-    assert 0.0 <= float(one.min()) <= float(one.max()) <= 1.0
 
 
 def test_opencv_evaluates_what_torch_trained():
@@ -129,15 +73,6 @@ def test_opencv_evaluates_what_torch_trained():
     np.testing.assert_allclose(seen, true, atol=2e-3)
     scale = torch.from_numpy(opened.forward('scale'))
     np.testing.assert_allclose(pooled_scale(scale), pooled_scale(places), atol=2e-3)
-
-
-def test_weights_of_rare_classes_are_taken_out_again():
-    weights = (0.8, 1.0, 2.5, 4.0, 3.0)
-    state = {'head.bias': torch.zeros(4 * (len(CLASSES) + 2))}
-    bias = unweighted(state, weights)['head.bias']
-    np.testing.assert_allclose(bias[4:8], 0.0, atol=1e-6)
-    np.testing.assert_allclose(bias[8:12], -np.log(2.5), atol=1e-6)
-    np.testing.assert_allclose(bias[20:], 0.0, atol=1e-6)
 
 
 def asked_of(network, pictures):
@@ -194,12 +129,3 @@ def test_a_run_goes_on_where_it_was_and_writes_the_network(tmp_path, monkeypatch
 
 def _in_this_process(stream, **_):
     return stream
-
-
-def test_a_stream_has_chunks_of_views():
-    stream = ViewStream(64, 2, 0, 0, None)
-    chunk = next(iter(stream))
-    assert chunk.pixels.shape == (2, 2, 3, 64, 64)
-    assert chunk.answers.shape == (2, 2, 64, 64)
-    assert chunk.scale.shape == (2, 2, SCALE_BINS)
-    assert chunk.theta.shape == (2, 2, 3)

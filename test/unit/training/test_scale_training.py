@@ -12,19 +12,8 @@ from fpnet_core.io.weights import read_weights
 from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
 from fpnet_core.segmentation.scale_model import SCALE_SCHEMA, model_of, quantiles
 from fpnet_lab.metrics.intervals import interval_figures
-from fpnet_lab.training.scale import (
-    ScaleTraining,
-    fit_scale,
-    folds,
-    held_back_estimates,
-    sample_weights,
-    write_scale,
-)
-from fpnet_lab.training.scale_samples import (
-    ScaleAmounts,
-    ScaleSamples,
-    scale_tasks,
-)
+from fpnet_lab.training.scale import ScaleTraining, fit_scale, write_scale
+from fpnet_lab.training.scale_samples import ScaleAmounts, ScaleSamples, scale_tasks
 
 # All made-up buildings are alike: the more some weigh, the fewer there are to learn from.
 QUICK = ScaleTraining(members=2, epochs=30, noise=0.05, tail_share=(0.0, 0.0), real_weight=16.0)
@@ -79,30 +68,6 @@ def test_the_same_samples_give_the_same_weights():
     one, other = (fit_scale(samples, replace(QUICK, epochs=2)) for _ in range(2))
     for name, value in one.tensors.items():
         np.testing.assert_array_equal(value, other.tensors[name])
-
-
-def test_buildings_weigh_the_same_however_many_their_maps():
-    samples = made_up(np.random.default_rng(0), 90)
-    weight = sample_weights(samples, 8.0)
-    for name in np.unique(samples.building):
-        of_building = samples.building == name
-        expected = 8.0 if samples.real[of_building][0] else 1.0
-        assert weight[of_building].sum() == pytest.approx(expected)
-
-
-def test_every_building_is_left_out_once_and_real_ones_alone():
-    samples = made_up(np.random.default_rng(0), 120)
-    left_out = folds(samples, 4)
-    assert sorted(name for fold in left_out for name in fold) == sorted(set(samples.building))
-    assert [len(fold) for fold in left_out[:6]] == [1] * 6
-    assert len(left_out) == 10
-
-
-def test_held_back_estimates_are_of_every_sample():
-    samples = made_up(np.random.default_rng(0), 60)
-    errors = held_back_estimates(samples, replace(QUICK, epochs=1, members=1))
-    assert errors.shape == (60, 3)
-    assert (np.diff(errors, axis=1) > 0.0).all()
 
 
 def test_weights_are_written_with_their_manifest(tmp_path):

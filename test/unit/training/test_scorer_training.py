@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.errors import FpnetError, WeightsError
+from fpnet_core.errors import WeightsError
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.scoring import CONTEXT, FIGURES, Evidence, PlacementScorer, read_scorer
-from fpnet_lab.kept import make_once, read_kept
 from fpnet_lab.training.scorer import ScorerTraining, fit_scorer, stack_trials, write_scorer
-from fpnet_lab.training.scorer_figures import (
-    at_prior,
-    held_back_figures,
-    mean_log_probability,
-    reliability,
-)
-from fpnet_lab.training.scorer_trials import COLUMNS, Trial, Trials, right_placements
+from fpnet_lab.training.scorer_figures import held_back_figures, mean_log_probability, reliability
+from fpnet_lab.training.scorer_trials import Trial, right_placements
 
 SUPPORT = FIGURES.index('support')
 QUICK = ScorerTraining(members=2, width=8, epochs=60, batch_size=64, learning_rate=1e-2)
@@ -110,14 +104,6 @@ def test_figures_of_judges_that_have_not_seen_the_building(fitted):
     assert figures['ece'] < 0.08
 
 
-def test_a_prior_moves_the_odds_of_the_plan_and_nothing_else():
-    even = np.log([[0.3, 0.1, 0.1, 0.5]])
-    moved = at_prior(even, 0.9)[0]
-    assert moved.sum() == pytest.approx(1.0)
-    assert moved[0] / moved[1] == pytest.approx(3.0)
-    assert (moved[:3].sum() / moved[3]) == pytest.approx(9.0)
-
-
 def test_reliability_counts_claims_where_they_are_wrong(model):
     evidence = Evidence(
         np.zeros((2, len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)
@@ -138,22 +124,6 @@ def test_reliability_counts_claims_where_they_are_wrong(model):
     # It says at least 0.9 of all three and is right about one.
     assert found.ece == pytest.approx(float(np.nansum(found.claimed)) - 1 / 3, abs=0.02)
     assert found.ece > 0.5
-
-
-def test_trials_survive_a_file_and_those_of_other_figures_are_refused(tmp_path):
-    trials = planted_trials(9, 4)
-    make_once(tmp_path, Trials, {'block': trials}, tuple, columns=COLUMNS)
-    back = read_kept(tmp_path / 'block.npz', Trials, COLUMNS)
-    assert len(back) == 9
-    for before, after in zip(trials, back, strict=True):
-        np.testing.assert_array_equal(before.evidence.figures, after.evidence.figures)
-        np.testing.assert_array_equal(before.evidence.context, after.evidence.context)
-        np.testing.assert_array_equal(before.right, after.right)
-        assert (before.is_own, before.kind, before.building) == (
-            after.is_own, after.kind, after.building,
-        )  # fmt: skip
-    with pytest.raises(FpnetError, match='other columns'):
-        read_kept(tmp_path / 'block.npz', Trials, COLUMNS[1:])
 
 
 def test_a_placement_is_right_within_the_benchmarks_bounds_and_no_further():

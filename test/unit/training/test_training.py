@@ -1,34 +1,37 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""Training of the matcher: losses, optimiser, runs that go on, what is refused."""
+
 import csv
 import json
+import math
 
 from graph_pairs import toy_pair
 import numpy as np
 import pytest
 import torch
+from torch import nn
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import ConfigError, WeightsError
-from fpnet_core.graphs.features import AREA, HU, LABEL, PAPER_LAYOUT
-from fpnet_core.graphs.layout import POSITION
+from fpnet_core.graphs.features import AREA, LABEL, PAPER_LAYOUT
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.joint_attention import JointAttention
+from fpnet_core.models.paper import sinkhorn
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.baselines import NearestNeighborMatcher
 from fpnet_lab.metrics import MatchCounts, count_matches
-from fpnet_lab.training import (
-    Hooks,
-    PairArrays,
-    Trainer,
-    parse_training_config,
-    split_by_plan,
-)
-from fpnet_lab.training.config import AugmentationConfig
-from fpnet_lab.training.data import augment, batch_order, collate
+from fpnet_lab.training import Hooks, PairArrays, Trainer, parse_training_config, split_by_plan
+from fpnet_lab.training.checkpoint import load_state, save_state
+from fpnet_lab.training.config import AugmentationConfig, LossConfig
+from fpnet_lab.training.data import augment
 from fpnet_lab.training.loop import make_fabric
+from fpnet_lab.training.losses import match_loss, matching_loss
+from fpnet_lab.training.networks.tensors import TORCH
+from fpnet_lab.training.optimizer import Muon
 
 NO_CHANGE = AugmentationConfig(
     mirror_probability=0.0,
@@ -38,13 +41,9 @@ NO_CHANGE = AugmentationConfig(
     drop_probability=0.0,
 )
 QUICK = {
-    'epochs': 3,
-    'batch_size': 8,
-    'network.kind': 'paper',
-    'network.width': 8,
-    'network.blocks': 1,
-    'network.position_widths': [6],
-}
+    'epochs': 3, 'batch_size': 8, 'network.kind': 'paper', 'network.width': 8,
+    'network.blocks': 1, 'network.position_widths': [6],
+}  # fmt: skip
 
 
 def arrays(plan, sub, labels, plan_id=0):
@@ -69,60 +68,6 @@ def test_split_keeps_plans_apart():
     assert len(validation) in (3, 6, 9, 12)
     fewer = split_by_plan(pairs[:15], 0.2, seed=0)[1]
     assert {p.plan_id for p in fewer} <= ids[1]
-
-
-def test_collate_pads_labels_with_ignore():
-    pairs = [*toy_arrays(1, seen=2), *toy_arrays(1, seen=5)]
-    batch = collate(pairs)
-    short = len(pairs[0].labels)
-    assert batch.labels[0, :short].tolist() == pairs[0].labels.tolist()
-    assert (batch.labels[0, short:] == IGNORE).all()
-    assert batch.labels.shape == batch.sub.mask.shape
-
-
-def test_batches_cover_every_pair_once_and_hold_similar_sizes():
-    sizes = np.random.default_rng(1).integers(5, 100, 103)
-    batches = batch_order(sizes, 8, np.random.default_rng(2))
-    assert sorted(np.concatenate(batches).tolist()) == list(range(103))
-    spread = np.mean([np.ptp(sizes[b]) for b in batches])
-    assert spread < 0.5 * np.ptp(sizes)
-
-
-def test_augmentation_only_turns_positions_when_all_else_is_off():
-    pair = toy_arrays(1)[0]
-    changed = augment(pair, PAPER_LAYOUT, NO_CHANGE, np.random.default_rng(3))
-    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
-        assert after[:, POSITION.stop :] == pytest.approx(before[:, POSITION.stop :])
-        assert not np.allclose(after[:, POSITION], before[:, POSITION], atol=1e-3)
-        norms = [np.linalg.norm(x[:, POSITION], axis=1) for x in (before, after)]
-        assert norms[1] == pytest.approx(norms[0], abs=1e-5)
-        # A proper rotation: the cross product of two positions keeps its sign and value.
-        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
-        assert cross[1] == pytest.approx(cross[0], abs=1e-4)
-
-
-def test_mirroring_turns_both_sides_over_and_flips_the_skew_moment():
-    pair = toy_arrays(1)[0]
-    config = NO_CHANGE.model_copy(update={'mirror_probability': 1.0})
-    changed = augment(pair, PAPER_LAYOUT, config, np.random.default_rng(3))
-    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
-        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
-        assert cross[1] == pytest.approx(-cross[0], abs=1e-4)
-        assert after[:, HU.stop - 1] == pytest.approx(-before[:, HU.stop - 1])
-
-
-def test_scale_noise_moves_positions_and_areas_of_the_submap_together():
-    pair = toy_arrays(1)[0]
-    config = NO_CHANGE.model_copy(update={'scale_noise': 0.3})
-    changed = augment(pair, PAPER_LAYOUT, config, np.random.default_rng(5))
-    ratio = np.linalg.norm(changed.sub_feat[:, POSITION]) / np.linalg.norm(
-        pair.sub_feat[:, POSITION]
-    )
-    assert abs(np.log(ratio)) > 0.005
-    # AREA is the logarithm of the area over 2.
-    shift = (changed.sub_feat - pair.sub_feat)[:, AREA]
-    assert shift == pytest.approx(np.full_like(shift, np.log(ratio)), abs=1e-4)
-    assert changed.plan_feat[:, AREA] == pytest.approx(pair.plan_feat[:, AREA])
 
 
 def test_dropping_regions_keeps_labels_on_the_same_regions():
@@ -185,15 +130,6 @@ def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
     resumed.fit(pairs[:16], pairs[16:])
     for name, value in whole.bare_network.state_dict().items():
         torch.testing.assert_close(resumed.bare_network.state_dict()[name], value)
-
-
-def test_training_stops_when_validation_no_longer_improves(tmp_path):
-    pairs = toy_arrays(6)
-    # Without a learning rate worth the name nothing improves after the first epoch.
-    config = parse_training_config(QUICK | {'epochs': 30, 'patience': 2, 'learning_rate': 1e-12})
-    trainer = Trainer(config, tmp_path)
-    trainer.fit(pairs[:4], pairs[4:])
-    assert trainer.next_epoch == 3
 
 
 def test_folder_of_another_run_is_refused(tmp_path):
@@ -287,3 +223,133 @@ def test_network_learns_to_beat_nearest_neighbour(tmp_path):
     )
     assert learned.recall > nearest.recall + 0.1
     assert learned.f1 > nearest.f1 + 0.1
+
+
+def test_small_parameters_step_as_under_adamw():
+    ours, theirs = (nn.Linear(8, 4) for _ in range(2))
+    theirs.load_state_dict(ours.state_dict())
+    pair = (
+        (ours, Muon(ours.parameters(), lr=0.01, weight_decay=0.1)),
+        (theirs, torch.optim.AdamW(theirs.parameters(), lr=0.01, weight_decay=0.1)),
+    )
+    rows = torch.linspace(-1.0, 1.0, 24).reshape(3, 8)
+    for _ in range(3):
+        for layer, optimizer in pair:
+            optimizer.zero_grad()
+            layer(rows).square().sum().backward()
+            optimizer.step()
+
+    assert torch.equal(ours.weight, theirs.weight)
+
+
+def test_a_linear_map_is_learned():
+    torch.manual_seed(0)
+    truth, learned = torch.randn(32, 32), nn.Linear(32, 32, bias=False)
+    optimizer = Muon(learned.parameters(), lr=0.1, weight_decay=0.0)
+    rows = torch.randn(256, 32)
+
+    def loss():
+        return (learned(rows) - rows @ truth.T).square().mean()
+
+    first = loss().item()
+    for _ in range(150):
+        optimizer.zero_grad()
+        loss().backward()
+        optimizer.step()
+    assert loss().item() < 0.05 * first
+
+
+def test_a_saved_state_goes_on_where_it_was(tmp_path):
+    def stepped(layer, optimizer, count):
+        for _ in range(count):
+            optimizer.zero_grad()
+            layer(torch.linspace(-1.0, 1.0, 48).reshape(1, 48)).square().sum().backward()
+            optimizer.step()
+
+    torch.manual_seed(3)
+    whole, parts = nn.Linear(48, 40), nn.Linear(48, 40)
+    parts.load_state_dict(whole.state_dict())
+    first = Muon(whole.parameters(), lr=0.01, weight_decay=0.1)
+    stepped(whole, first, 4)
+    second = Muon(parts.parameters(), lr=0.01, weight_decay=0.1)
+    stepped(parts, second, 2)
+    save_state(tmp_path / 'state.safetensors', parts, second, {'epoch': 1})
+
+    again = nn.Linear(48, 40)
+    third = Muon(again.parameters(), lr=0.01, weight_decay=0.1)
+    assert load_state(tmp_path / 'state.safetensors', again, third) == {'epoch': 1}
+    stepped(again, third, 2)
+
+    assert torch.equal(again.weight, whole.weight)
+    assert torch.equal(again.bias, whole.bias)
+
+
+LABELS = torch.tensor([[2, 0, UNMATCHED, IGNORE]])
+PLAN_MASK = torch.tensor([[True, True, True, True, False]])
+
+
+def prepared_plan():
+    """Return a plan of four nodes on a line, 0-1-2 connected, and one padded node."""
+    features = torch.zeros((1, 5, 28), dtype=torch.float64)
+    features[0, :4, 0] = torch.tensor([0.0, 0.3, 1.0, 1.6])
+    features[0, :4, 1] = torch.tensor([0.0, 0.4, 0.1, -0.7])
+    adjacency = torch.zeros((1, 5, 5), dtype=torch.float64)
+    for i, j in ((0, 1), (1, 2)):
+        adjacency[0, i, j] = adjacency[0, j, i] = 1.0
+    return GraphBatch(features, adjacency, PLAN_MASK)
+
+
+def hard_assignment():
+    x = torch.zeros((1, 6, 5), dtype=torch.float64)
+    x[0, 2, 0] = x[0, 0, 1] = x[0, 5, 2] = 1.0
+    x[0, 1, 4] = x[0, 3, 4] = 1.0
+    return x
+
+
+def test_the_true_assignment_costs_nothing():
+    terms = matching_loss((hard_assignment() + 1e-12).log(), LABELS, prepared_plan(), LossConfig())
+    assert float(terms.match) == pytest.approx(0.0, abs=1e-5)
+    assert float(terms.topology) == pytest.approx(0.0, abs=1e-9)
+    assert float(terms.spatial) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_match_loss_is_the_mean_likelihood_of_each_kind_of_node():
+    probability = torch.full((1, 6, 5), 0.5, dtype=torch.float64)
+    probability[0, 2, 0] = probability[0, 0, 1] = 0.25
+    probability[0, 5, 2] = 0.1
+    loss = match_loss(probability, LABELS, PLAN_MASK)
+    # Two partners at 1/4; one submap dustbin at 0.1; plan dustbins of nodes 1 and 3 at 1/2.
+    expected = math.log(4) + 0.5 * (math.log(10) + math.log(2))
+    assert float(loss) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    'weights',
+    [
+        LossConfig(match=1.0, topology=0.0, spatial=0.0),
+        LossConfig(match=0.0, topology=1.0, spatial=0.0),
+        LossConfig(match=0.0, topology=0.0, spatial=1.0),
+        LossConfig(),
+    ],
+    ids=['match', 'topology', 'spatial', 'paper'],
+)
+def test_gradients_agree_with_finite_differences(weights):
+    scores = torch.randn((1, 5, 4), generator=torch.Generator().manual_seed(4)).double()
+    mask = torch.ones((1, 4), dtype=torch.bool)
+
+    def loss(values):
+        dustbin = torch.tensor(0.3).double()
+        log_x = sinkhorn(TORCH, values, dustbin, PLAN_MASK, mask, 20)
+        return matching_loss(log_x, LABELS, prepared_plan(), weights).total
+
+    scores.requires_grad_(True)
+    (gradient,) = torch.autograd.grad(loss(scores), scores)
+    step = 1e-6
+    numeric = np.zeros((5, 4))
+    for i, j in np.ndindex(5, 4):
+        nudge = torch.zeros_like(scores)
+        nudge[0, i, j] = step
+        with torch.no_grad():
+            numeric[i, j] = float(loss(scores + nudge) - loss(scores - nudge)) / (2 * step)
+    assert gradient[0].numpy() == pytest.approx(numeric, abs=1e-6)
+    assert np.abs(numeric).max() > 1e-3

@@ -4,7 +4,6 @@
 
 import ezdxf
 import numpy as np
-import pytest
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.formats.door_strokes import find_door_strokes
@@ -22,50 +21,11 @@ def box(x0, y0, x1, y1):
     return np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
 
 
-def placed(points, turn=0.0, per_m=1.0):
-    c, s = np.cos(turn), np.sin(turn)
-    return per_m * np.asarray(points, float) @ np.array([[c, s], [-s, c]])
-
-
 def pieces(*lines):
     builder = PageBuilder('test')
     for points in lines:
         builder.add([Ring(np.asarray(points, float))], Paint(stroke=BLACK))
     return outline_pieces(builder.finish())
-
-
-def found(*lines, turn=0.0, per_m=1.0, unit_m=None):
-    doors = pieces(*(placed(line, turn, per_m) for line in lines))
-    walls = pieces(*(placed(box(*room), turn, per_m) for room in ROOMS))
-    return find_door_strokes(doors, walls, 1.0 / per_m if unit_m is None else unit_m)
-
-
-@pytest.mark.parametrize(('turn', 'per_m'), [(0.0, 1.0), (0.6, 1000.0), (-2.0, 1 / 0.0254)])
-def test_a_box_through_a_wall_is_one_door(turn, per_m):
-    doors = found(box(*DOOR), turn=turn, per_m=per_m)
-    assert doors.depth == pytest.approx([0.2 * per_m])
-    ends = sorted(doors.ends[0].tolist())
-    wanted = sorted(placed([(5.1, 1.0), (5.1, 2.0)], turn, per_m).tolist())
-    np.testing.assert_allclose(ends, wanted, atol=1e-6 * per_m)
-    inside = placed([(4.9, 1.0), (5.3, 1.0), (5.3, 2.0), (4.9, 2.0)], turn, per_m)
-    low, high = inside.min(axis=0), inside.max(axis=0)
-    corners = doors.corners(0.1 * per_m)[0]
-    np.testing.assert_allclose((corners.min(axis=0), corners.max(axis=0)), (low, high))
-
-
-def test_four_lines_of_a_box_and_a_stroke_are_doors_too():
-    lines = list(zip(box(*DOOR)[:-1], box(*DOOR)[1:], strict=True))
-    assert len(found(*lines).depth) == 1
-    single = found([(5.1, 3.0), (5.1, 3.8)])
-    assert single.depth.tolist() == [0.0]
-
-
-def test_leaves_frames_and_what_is_far_too_long_are_not():
-    leaf = [(5.0, 2.0), (4.1, 2.0)]  # into the room
-    frame = box(5.0, 1.0, 5.2, 1.05)
-    assert not len(found(leaf, frame, [(5.1, 0.1), (5.1, 3.9)]).depth)
-    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(), 1.0).depth)
-    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(box(*ROOMS[0])), None).depth)
 
 
 def test_a_line_to_the_moon_takes_no_memory_and_hides_no_door():
@@ -96,3 +56,22 @@ def test_rooms_that_are_outlines_are_joined_by_the_doors_of_a_dxf(tmp_path):
     assert len(reading.segmentation.rooms) == 4
     joined = {frozenset(portal.rooms) for portal in reading.segmentation.portals}
     assert len(joined) == 3
+
+
+def placed(points, turn=0.0, per_m=1.0):
+    c, s = np.cos(turn), np.sin(turn)
+    return per_m * np.asarray(points, float) @ np.array([[c, s], [-s, c]])
+
+
+def found(*lines, turn=0.0, per_m=1.0, unit_m=None):
+    doors = pieces(*(placed(line, turn, per_m) for line in lines))
+    walls = pieces(*(placed(box(*room), turn, per_m) for room in ROOMS))
+    return find_door_strokes(doors, walls, 1.0 / per_m if unit_m is None else unit_m)
+
+
+def test_leaves_frames_and_what_is_far_too_long_are_not():
+    leaf = [(5.0, 2.0), (4.1, 2.0)]  # into the room
+    frame = box(5.0, 1.0, 5.2, 1.05)
+    assert not len(found(leaf, frame, [(5.1, 0.1), (5.1, 3.9)]).depth)
+    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(), 1.0).depth)
+    assert not len(find_door_strokes(pieces(box(*DOOR)), pieces(box(*ROOMS[0])), None).depth)

@@ -5,13 +5,12 @@
 import numpy as np
 import pytest
 
-from fpnet_core.drawings.formats.doors import find_arcs, find_doors
+from fpnet_core.drawings.formats.doors import find_doors
 from fpnet_core.drawings.formats.pages import (
     BLACK,
     PageBuilder,
     Paint,
     Ring,
-    bezier,
     outline_pieces,
 )
 from fpnet_core.drawings.formats.units import resolve_unit, wall_thickness
@@ -37,33 +36,12 @@ def door(hinge=(5.0, 3.0), width=0.9, start=30.0):
 BOX = [(0, 0), (20, 0), (20, 10), (0, 10), (0, 0)]
 
 
-def test_arcs_have_their_centres_and_radii():
-    found = find_arcs(pieces(arc((2.0, -1.0), 3.0, 20.0, 95.0), BOX))
-    assert found.centre == pytest.approx(np.array([[2.0, -1.0]]))
-    assert found.radius == pytest.approx([3.0])
-    assert found.sweep == pytest.approx([np.radians(75.0)])
-    assert (found.arc >= 0).sum() == 12
-
-
 @pytest.mark.parametrize('grid', [1e-6, 0.02])
 def test_a_leaf_and_its_arc_are_a_door(grid):
     leaf, swept = (np.round(np.asarray(p) / grid) * grid for p in door())
     found = find_doors(pieces(BOX, leaf, swept), None, 20.0)
     assert found.width == pytest.approx([0.9], rel=0.02)
     assert found.is_door.tolist() == [False] * 4 + [True] * (1 + 12)
-
-
-def test_arcs_that_are_cut_into_several_paths():
-    leaf, swept = door()
-    found = find_doors(pieces(BOX, leaf, swept[:7], swept[6:]), None, 20.0)
-    assert found.width == pytest.approx([0.9])
-
-
-def test_bezier_curves():
-    k = 0.9 * 0.5522847498
-    curve = bezier([(5.9, 3.0), (5.9, 3.0 + k), (5.0 + k, 3.9), (5.0, 3.9)])
-    found = find_doors(pieces(BOX, [(5.0, 3.0), (5.0, 3.9)], curve), None, 20.0)
-    assert found.width == pytest.approx([0.9], rel=1e-3)
 
 
 def test_an_arc_without_a_leaf_is_a_door_beside_others_only():
@@ -81,21 +59,11 @@ def test_curved_walls_circles_and_polygons_are_no_doors():
     assert not find_doors(pieces(BOX, wall, column, octagon), 1.0, 20.0).is_door.any()
 
 
-def test_nothing_at_all():
-    assert len(find_doors(pieces(BOX), 1.0, 20.0).width) == 0
-    assert len(find_arcs(pieces([(0, 0), (1, 1)])).radius) == 0
-
-
 def double_walls(thickness):
     walls = []
     for y in (0.0, 4.0, 8.0):
         walls += [[(0, y), (12, y)], [(0.2, y + thickness), (12.2, y + thickness)]]
     return pieces(*walls)
-
-
-def test_the_thickness_of_double_walls():
-    assert wall_thickness(double_walls(0.15)) == pytest.approx(0.15)
-    assert wall_thickness(pieces([(0, 0), (9, 0)], [(0, 0), (0, 9)])) is None
 
 
 @pytest.mark.parametrize('unit_m', [0.001, 0.01, 1.0, 0.0254, 0.3048])

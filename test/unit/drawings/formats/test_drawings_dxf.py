@@ -11,9 +11,7 @@ from plan_files import (
     IN_ROOMS,
     LEAF,
     ON_ARC,
-    ON_WALLS,
     TEXT,
-    WALLS,
     Plan,
     corners,
     levels,
@@ -176,7 +174,3 @@ def test_a_file_that_was_cut_off_among_its_walls_is_not_read_in_part(tmp_path):
     (tmp_path / 'b.dxf').write_bytes(data[: lines[len(lines) // 2]])
     with pytest.raises(MapFormatError, match=r'\Ab\.dxf is truncated: [^\n]*EOF[^\n]*\Z'):
         open_drawing(tmp_path / 'b.dxf')
-
-
-def test_the_walls_are_where_this_test_thinks():
-    assert all(any(b[0] <= x <= b[2] and b[1] <= y <= b[3] for b in WALLS) for x, y in ON_WALLS)

@@ -10,7 +10,6 @@ import numpy as np
 from plan_files import levels
 import pytest
 
-from fpnet_core.drawings.formats.ifc_sections import loops, section
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.types import ReadOptions, ScaleSource
 from fpnet_core.errors import MapFormatError
@@ -18,16 +17,6 @@ from fpnet_core.errors import MapFormatError
 needs_library = pytest.mark.skipif(
     find_spec('ifcopenshell') is None, reason='IfcOpenShell is an optional extra'
 )
-
-TETRAHEDRON = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]])
-FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-
-
-def test_the_section_of_a_body_is_a_ring():
-    (ring,) = loops(section(TETRAHEDRON, FACES, 1.0))
-    assert ring.is_closed
-    assert sorted(map(tuple, ring.points.round(3).tolist())) == [(0, 0), (0, 3), (3, 0)]
-    assert len(section(TETRAHEDRON, FACES, 5.0)) == 0
 
 
 def write_building(path):

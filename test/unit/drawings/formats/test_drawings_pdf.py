@@ -126,22 +126,6 @@ def test_a_scan_is_shown_as_it_is(tmp_path):
     assert levels(drawing, points).round().tolist() == [0, 255, 255, 0]
 
 
-def test_letters_and_words_of_a_line_are_joined():
-    letters = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('6.25')]
-    word = Label('m', (36.5, 0.0, 42.0, 8.0))
-    far = Label('A', (80.0, 0.0, 86.0, 8.0))
-    upwards = [Label(c, (100.0, 50.0 - 6 * k, 108.0, 55.0 - 6 * k)) for k, c in enumerate('12')]
-    found = merge_labels([*letters, word, far, *upwards])
-    assert sorted(label.text for label in found) == ['12', '6.25 m', 'A']
-
-
-def test_numbers_of_a_scale_bar_stay_apart():
-    words = [Label('Office', (0.0, 50.0 * k, 40.0, 50.0 * k + 8.0)) for k in range(1, 6)]
-    numbers = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('012')]
-    found = merge_labels([*words, *numbers])
-    assert sorted(label.text for label in found)[:3] == ['0', '1', '2']
-
-
 ENCRYPTED = (
     b'%PDF-1.4\n1 0 obj<</Type/Catalog/Pages 2 0 R>>endobj\n'
     b'2 0 obj<</Type/Pages/Kids[]/Count 0>>endobj\n'
@@ -170,3 +154,19 @@ def test_bad_files_are_refused_in_a_line(tmp_path, data, message):
 def test_a_huge_page_costs_no_more_than_a_small_one(tmp_path):
     (tmp_path / 'a.pdf').write_bytes(page(b'0 0 m 90000 0 l 90000 90000 l S', '0 0 200000 200000'))
     assert max(open_drawing(tmp_path / 'a.pdf').pixels.shape) < 4000
+
+
+def test_letters_and_words_of_a_line_are_joined():
+    letters = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('6.25')]
+    word = Label('m', (36.5, 0.0, 42.0, 8.0))
+    far = Label('A', (80.0, 0.0, 86.0, 8.0))
+    upwards = [Label(c, (100.0, 50.0 - 6 * k, 108.0, 55.0 - 6 * k)) for k, c in enumerate('12')]
+    found = merge_labels([*letters, word, far, *upwards])
+    assert sorted(label.text for label in found) == ['12', '6.25 m', 'A']
+
+
+def test_numbers_of_a_scale_bar_stay_apart():
+    words = [Label('Office', (0.0, 50.0 * k, 40.0, 50.0 * k + 8.0)) for k in range(1, 6)]
+    numbers = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('012')]
+    found = merge_labels([*words, *numbers])
+    assert sorted(label.text for label in found)[:3] == ['0', '1', '2']

@@ -11,12 +11,10 @@ import test_drawings_geojson as imdf
 import test_ifc_elements as ifc
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.maps import cut_of
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.storey_plans import storey_plans
-from fpnet_core.types import FREE
 
 CONFIG = FpnetConfig()
 
@@ -71,15 +69,3 @@ def test_rooms_without_a_wall_between_them_have_an_opening(tmp_path):
     (portal,) = reading.segmentation.portals
     assert set(portal.rooms) == {0, 1}
     assert portal.width_m == pytest.approx(4.4, abs=0.1)
-
-
-def test_a_part_has_the_rooms_in_it(tmp_path):
-    path = imdf.write(tmp_path / 'a')
-    whole = imdf.read(path)
-    width, height = whole.drawing.size
-    part = imdf.read(path, ReadOptions(crop=(0, 0, width, height // 2)))
-    assert 0 < part.segmentation.grid.shape[0] < whole.grid.shape[0]
-    middles = {tuple(np.round(door.ends.mean(axis=0), 3)) for door in whole.model.doors}
-    for portal in part.segmentation.portals:
-        assert tuple(np.round(portal.ends.mean(axis=0), 3)) in middles
-    assert (part.grid.cells[part.segmentation.labels > 0] == FREE).all()

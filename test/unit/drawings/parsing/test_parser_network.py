@@ -12,10 +12,8 @@ from plan_pictures import storey
 import pytest
 
 from fpnet_core.drawings.parsing.network import (
-    CONTEXT,
     PARSER_NAME,
     PARSER_SCHEMA,
-    channels,
     network_from,
     packaged_parser,
     parse,
@@ -39,24 +37,6 @@ def test_rooms_are_told_from_paper():
     assert (seen[rooms] == FLOOR).mean() > 0.6
     padded = parse(np.pad(picture, ((60, 60), (60, 60), (0, 0)), constant_values=255)).chances
     assert padded[OUTSIDE, :40].mean() > 0.8
-
-
-def test_a_picture_twice_as_large_has_pixels_of_about_half_the_size():
-    picture, _ = storey()
-    twice = np.kron(picture, np.ones((2, 2, 1), np.uint8))
-    one, other = (parse(each).scale.median for each in (picture, twice))
-    assert 1.3 < one / other < 3.0
-
-
-def test_channels_hold_the_picture_and_an_earlier_answer():
-    pixels = np.full((10, 20, 3), 255, np.uint8)
-    context = np.random.default_rng(1).random((CONTEXT, 10, 20)).astype(np.float32)
-    found = channels(pixels, context)
-    assert found.shape == (1, 3 + CONTEXT, 64, 64)
-    np.testing.assert_allclose(found[0, :3], 1.0)  # white paper goes on beyond the edge
-    np.testing.assert_array_equal(found[0, 3:, :10, :20], context)
-    assert not found[0, 3:, 10:].any()
-    assert not channels(pixels)[0, 3:].any()
 
 
 def test_the_packaged_network_is_that_of_its_manifest():

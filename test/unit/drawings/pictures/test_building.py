@@ -8,113 +8,11 @@ from plan_pictures import WHITE, sheet, storey
 import pytest
 
 from fpnet_core.drawings.pictures.building import (
-    _buildings,
-    _cells,
-    _reading_order,
     see_building,
 )
-from fpnet_core.drawings.pictures.spaces import rooms_among_spaces
 from fpnet_core.drawings.pictures.view import view_of
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.raster.pixels import map_points
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
-
-
-def chances(classes, sure=0.9):
-    """Probabilities (K, H, W) of classes that are known but for a rest."""
-    rest = (1.0 - sure) / (len(CLASSES) - 1)
-    return np.stack([np.where(classes == k, sure, rest) for k in range(len(CLASSES))]).astype(
-        np.float32
-    )
-
-
-@pytest.fixture
-def building():
-    """Two rooms with a door between them and a gate to the outside, 120 by 80."""
-    classes = np.full((80, 120), OUTSIDE, np.uint8)
-    classes[10:70, 10:110] = WALL
-    classes[14:66, 14:58] = FLOOR
-    classes[14:66, 62:106] = FLOOR
-    classes[30:40, 58:62] = DOOR
-    classes[66:70, 20:30] = DOOR
-    return classes
-
-
-def test_classes_become_cells(building):
-    everywhere = np.ones(building.shape, np.bool_)
-    cells = _cells(chances(building), chances(building), everywhere)
-    np.testing.assert_array_equal(cells == OCCUPIED, building == WALL)
-    np.testing.assert_array_equal(cells == FREE, (building == FLOOR) | (building == DOOR))
-    left = _cells(chances(building), chances(building), np.indices(building.shape)[1] < 60)
-    assert (left[:, 60:] == UNKNOWN).all()
-
-
-def test_a_room_is_one_or_the_other_as_a_whole(building):
-    doubtful = building.copy()
-    doubtful[30:36, 20:40] = OUTSIDE  # a tenth of the left room
-    found = _cells(chances(doubtful), chances(doubtful), np.ones(building.shape, np.bool_))
-    assert (found[14:66, 14:58] == FREE).all()
-    open_ = building != WALL
-    inside = (building != OUTSIDE).astype(np.float32)
-    nothing = np.zeros((len(CLASSES), *building.shape), np.float32)
-    leaking = rooms_among_spaces(inside, np.zeros(building.shape, np.bool_), nothing)
-    np.testing.assert_array_equal(leaking, inside > 0.5)  # nothing is shut: each pixel for itself
-    shut = ~open_ | (building == DOOR)
-    assert not rooms_among_spaces(inside, shut, nothing)[0, 0]
-
-
-def test_doors_lead_into_halls_and_windows_look_upon_courtyards(building):
-    """Its ground is taken for paper either way."""
-    hall, shut = np.s_[14:66, 62:106], (building == WALL) | (building == DOOR)
-    inside = (building != OUTSIDE).astype(np.float32)
-    inside[hall] = 0.2
-    assert rooms_among_spaces(inside, shut, chances(building))[hall].all()
-    building[30:40, 58:62] = WALL
-    assert not rooms_among_spaces(inside, shut, chances(building))[hall].any()
-    inside[hall] = 0.55
-    building[16:64, 58:62] = WINDOW
-    assert not rooms_among_spaces(inside, shut, chances(building))[hall].any()
-
-
-def test_the_earlier_look_has_a_say_where_the_finer_one_is_lost(building):
-    lost = chances(building)
-    hall = np.s_[14:66, 62:106]
-    lost[OUTSIDE][hall], lost[FLOOR][hall] = 0.6, 0.3
-    cells = _cells(lost, chances(building), np.ones(building.shape, np.bool_))
-    assert (cells[hall] == FREE).all()
-
-
-def test_buildings_are_told_from_specks_and_wings():
-    inside = np.zeros((300, 500), np.bool_)
-    inside[20:120, 20:220] = True
-    inside[20:120, 223:300] = True  # a wing behind a gap
-    inside[180:260, 100:260] = True  # another storey
-    inside[150:160, 450:460] = True  # a north arrow
-    labels, boxes = _buildings(inside)
-    assert boxes == [(20, 20, 300, 120), (100, 180, 260, 260)]
-    assert (labels[20:120, 20:220] == 1).all()
-    assert (labels[20:120, 223:300] == 1).all()
-    assert labels[155, 455] == 0
-    assert _buildings(np.zeros((30, 30), np.bool_))[1] == []
-
-
-def test_storeys_are_numbered_row_by_row():
-    boxes = [(300, 20, 500, 200), (0, 0, 200, 180), (10, 300, 200, 500), (400, 310, 600, 480)]
-    assert _reading_order(boxes) == [1, 0, 2, 3]
-
-
-def test_what_is_shown_of_a_view_lies_where_it_says():
-    picture, _ = sheet(*storey())
-    view = view_of(picture)
-    shown, H = view.shown((100, 100, 500, 400), 200)
-    assert shown.shape == (150, 200, 3)
-    full, H_full = view.shown((100, 100, 500, 400), 4000)
-    assert full.shape == (300, 400, 3)  # no more than the drawing has
-    np.testing.assert_array_equal(full, picture[100:400, 100:500])
-    corner = np.array([[99.5, 99.5], [499.5, 399.5]])
-    np.testing.assert_allclose(map_points(H, corner), [[-0.5, -0.5], [199.5, 149.5]])
-    np.testing.assert_allclose(map_points(H_full, corner), [[-0.5, -0.5], [399.5, 299.5]])
+from fpnet_core.types import FREE
 
 
 @pytest.mark.parametrize('quarters', [0, 1])

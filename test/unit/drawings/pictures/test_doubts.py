@@ -15,13 +15,10 @@ from fpnet_core.drawings.pictures.building import SeenBuilding
 from fpnet_core.drawings.pictures.doubts import (
     ROOM_FIGURES,
     SHEET_FIGURES,
-    SheetEvidence,
-    best_overlap,
     doubts_of,
     evidence_of,
     model_of,
     packaged_doubt_model,
-    sheet_figures,
 )
 from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, rooms_of
 from fpnet_core.drawings.read import read_plan
@@ -64,11 +61,6 @@ def found(known, seen=None, first=None):
     return PlanHypothesis(cells, np.eye(3), rooms, SaidScale(), seen=building)
 
 
-def figure(building, name, x, y):
-    number = building.segmentation.labels[::-1][y, x] - 1
-    return evidence_of(building, CONFIG).rooms[number, ROOM_FIGURES.index(name)]
-
-
 def whole(building, name):
     return evidence_of(building, CONFIG).whole[SHEET_FIGURES.index(name) - 3]
 
@@ -84,49 +76,6 @@ def test_nothing_speaks_against_a_plain_building():
     assert whole(plain, 'agreement') == 1.0
     assert whole(plain, 'lost') < 0.05
     assert doubts_of(plain, CONFIG).reasons == ()
-
-
-def test_a_room_that_the_parser_is_not_sure_of_is_seen():
-    seen = chances(classes())
-    room = np.s_[23:97, 23:117]
-    seen[:, *room] = chances(np.full((74, 94), OUTSIDE), 0.6)
-    unsure = found(classes(), seen)
-    assert figure(unsure, 'floor', 60, 60) < 0.3
-    assert figure(unsure, 'outside', 60, 60) > 0.5
-    assert figure(unsure, 'floor', 270, 180) > 0.9
-
-
-def test_a_wall_that_was_overlooked_and_one_that_is_missing_are_seen():
-    seen = chances(classes())
-    seen[:, 40:80, 60:66] = chances(np.full((40, 6), WALL))
-    assert figure(found(classes(), seen), 'overlooked', 40, 40) > 0.03
-    gap = classes()
-    gap[17:23, 30:110] = OUTSIDE
-    assert figure(found(gap), 'open', 60, 60) > 0.15
-
-
-def test_a_first_look_that_cuts_a_room_otherwise_counts():
-    other = classes()
-    other[23:97, 117:123] = FLOOR
-    building = found(classes(), first=chances(other))
-    assert figure(building, 'other', 60, 60) < 0.6
-    assert figure(building, 'other', 270, 180) > 0.9
-    assert whole(building, 'agreement') < 1.0
-
-
-def test_overlaps_of_rooms():
-    labels = np.array([[1, 1, 2, 2], [1, 1, 2, 2]], np.int32)
-    np.testing.assert_allclose(best_overlap(labels, labels, 2), [1.0, 1.0])
-    np.testing.assert_allclose(best_overlap(labels, np.zeros_like(labels), 2), [0.0, 0.0])
-    np.testing.assert_allclose(
-        best_overlap(labels, np.array([[1, 1, 1, 1], [0] * 4], np.int32), 3), [1 / 3, 1 / 3, 0.0]
-    )
-
-
-def test_what_rooms_come_to():
-    evidence = SheetEvidence(np.zeros((2, len(ROOM_FIGURES))), np.zeros(len(SHEET_FIGURES) - 3))
-    figures = sheet_figures(evidence, np.array([0.2, 0.5]))
-    assert figures[:3] == pytest.approx([np.log(0.25) / 2.0, 0.9 * np.log(0.25), 0.5])
 
 
 def test_the_packaged_model_refuses_other_figures():

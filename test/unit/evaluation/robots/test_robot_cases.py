@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Cases and outcomes of ``bench matching --set robot`` on a small data set of one drawn house."""
+"""Cases, outcomes and figures of ``bench matching --set robot`` on one drawn house."""
 
 from collections import Counter
 from dataclasses import replace
@@ -19,10 +19,10 @@ from fpnet_core.localizer.maps import MapMatchStatus
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_lab.evaluation import matching_robot, raster_methods
 from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+from fpnet_lab.evaluation.robots.robot_figures import Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.robots.robot_pairs import (
     BANDS,
     SOURCES,
-    foreign_drawings,
     read_drawings,
     read_robot_pairs,
     varied,
@@ -91,20 +91,6 @@ def test_a_stated_scale_is_not_varied(data):
         assert not np.allclose(changed.A_plan_robot.linear / scale, np.eye(2), atol=0.01)
 
 
-def test_one_foreign_plan_is_by_the_same_architect_where_there_is_one(data):
-    drawings = {d.building: d for d in read_drawings(data, 'tune', read_robot_pairs(data, 'tune'))}
-    everything = tuple(drawings.values())
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        chosen = [d.building for d in foreign_drawings(drawings['gdc1'], everything, rng, 3)]
-        assert len(set(chosen)) == 3
-        assert [name for name in chosen if name.startswith('gdc')] == ['gdc2']
-        lone = foreign_drawings(drawings['lab_a_scan'], everything, rng, 99)
-        assert {d.building for d in lone} == set(drawings) - {'lab_a_scan'}
-        assert 'lab_a_scan' not in {d.architect for d in lone}
-    assert foreign_drawings(drawings['NLB'], everything, rng, 0) == ()
-
-
 def test_few_cases_are_spread_over_the_bands_and_equal_each_time(data):
     cases = robot_cases(data, 'tune', 12)
     assert Counter(case.band for case in cases) == dict.fromkeys(('whole', *BANDS), 3)
@@ -166,3 +152,42 @@ def test_claims_are_counted_on_the_own_plan_and_on_others(planted):
     # Once each, and once more for the warm-up.
     assert sorted(cut.values())[:-1] == [1] * (len(cut) - 1)
     assert max(cut.values()) == 2
+
+
+SAME_CLAIMED, SAME_NOT = Foreign(True, True), Foreign(True, False)
+OTHER_CLAIMED, OTHER_NOT = Foreign(False, True), Foreign(False, False)
+
+
+def outcome(right, claimed, *foreign, band='20-35', building='a', distorted=False):
+    return Outcome(band, building, distorted, right, claimed, foreign)
+
+
+@pytest.fixture
+def outcomes():
+    return [
+        outcome(True, True, OTHER_NOT, OTHER_NOT, SAME_CLAIMED),
+        outcome(True, False, OTHER_CLAIMED, OTHER_NOT, SAME_NOT),
+        outcome(False, True, OTHER_NOT, OTHER_NOT),
+        outcome(False, False, building='b', distorted=True),
+        outcome(False, True, OTHER_CLAIMED, building='b', distorted=True),
+        outcome(True, True, band='whole', building='b', distorted=True),
+    ]
+
+
+def test_shares_are_of_all_pairs_and_of_all_foreign_pairs(outcomes):
+    assert robot_figures(outcomes)['bands']['20-35'] == {
+        'right': 2 / 5, 'claimed_right': 1 / 5, 'wrong_and_claimed': 2 / 5,
+        'foreign_claimed': 3 / 9, 'foreign_random_claimed': 2 / 7,
+        'foreign_same_architect_claimed': 1 / 2, 'pairs': 5, 'foreign_pairs': 9,
+        'foreign_same_architect_pairs': 2,
+    }  # fmt: skip
+
+
+def test_distorted_drawings_are_left_out_of_one_summary_only(outcomes):
+    figures = robot_figures(outcomes)
+    left = figures['bands_undistorted']
+    assert (left['20-35']['pairs'], left['20-35']['foreign_pairs']) == (3, 8)
+    assert left['20-35']['right'] == 2 / 3
+    assert left['20-35']['wrong_and_claimed'] == 1 / 3
+    assert left['20-35']['foreign_random_claimed'] == 1 / 6
+    assert (figures['bands']['whole']['pairs'], left['whole']['pairs']) == (1, 0)
