@@ -27,24 +27,27 @@ from fpnet_core.raster.windows import cells_of
 _LINE_M = 0.1  # lines are about this thin or one cell; filled walls are thicker
 _NEAR = 2  # largest squared distance of ink from its expected place [cells squared]
 _FLANK = 3.0  # distance at which nothing may be drawn beside leaves and arcs [cells]
-_LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)  # sample positions on leaves, as shares of their length
-# Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
+# Physical: length of a leaf [m], 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
 # Numerical: symbols are searched for at cells of about this size [m].
 _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
-_ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+_ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS  # numerical
+# Numerical: their unit vectors.
 _UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 _FAR = 1024.0  # numerical
 _OFF = np.sqrt(np.arange(4.0).astype(np.float32))  # given: distances that codes stand for [cells]
-# Samples on the arc, from its middle on; the ends merge with leaf and jamb.
+# Numerical: samples on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
+# Numerical: their places on a circle of radius 1.
 _ARC = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
-# Largest mean deviation of leaf and arc [cells].
+# Numerical: sample positions on leaves, as shares of their length.
+_LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)
+# Chosen: largest mean deviation of leaf and arc [cells].
 _MAX_MISFIT = 0.7
-# Samples in a symbol that must be blank: angles from the leaf, shares of the radius.
+# Numerical: samples in a symbol that must be blank: angles from the leaf, shares of the radius.
 _SECTOR_DEG = (25.0, 35.0, 45.0, 55.0, 65.0)
-_SECTOR = (0.35, 0.5, 0.65)
+_SECTOR = (0.35, 0.5, 0.65)  # numerical
 # The doorway is open this deep behind the leaf's line [m].
 _DEPTH_M = 0.2
 # Largest share of the blank samples that crossing lines and letters may cover.

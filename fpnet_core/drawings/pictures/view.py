@@ -102,7 +102,7 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # smaller reductions need no averaging; chosen
+_WORTH_IT = 1.2  # numerical: smaller reductions need no averaging
 
 
 def on_paper(pixels: Levels, H_pixel_drawing: Array) -> tuple[Levels, Array]:
