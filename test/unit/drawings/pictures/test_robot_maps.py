@@ -7,8 +7,7 @@ import numpy as np
 from plan_pictures import WHITE, storey
 import pytest
 
-from fpnet_core.drawings.pictures.binarization import commonest_levels
-from fpnet_core.drawings.pictures.robot_maps import map_cells
+from fpnet_core.drawings.pictures.robot_maps import commonest_levels, map_cells
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 
