@@ -14,19 +14,18 @@ import math
 import numpy as np
 
 from fpnet_core.drawings.dimensions import DrawnLines, dimension_votes
+from fpnet_core.drawings.formats.doors import DOOR_WIDTHS_M
 from fpnet_core.drawings.lengths import ratios
 from fpnet_core.drawings.scale_bars import bar_votes
-from fpnet_core.drawings.types import Drawing, DrawingScale, ScaleSource
+from fpnet_core.drawings.types import BUILDING_M, Drawing, DrawingScale, ScaleSource
 from fpnet_core.drawings.votes import Consensus, Prior, Vote, VoteKind, most_likely
 
 _MAX_LABELS = 600  # numerical: labels that are evaluated
 _PICTURE_PX = 1.0  # numerical: error of line ends in an image
 # Chosen, not measured:
 _RATIO_ERROR = 0.005  # relative, of paper that was printed and scanned
-_DOORS_M = (0.55, 1.5)  # plausible median width of doors
 _DOOR_M, _DOOR_SPREAD = 0.9, 0.2  # median width of doors, and the spread of its logarithm
 _MIN_DOORS = 3
-_SIZE_M = (3.0, 3_000.0)  # plausible size of the whole drawing
 _SOURCES = {
     VoteKind.DIMENSION: ScaleSource.DIMENSIONS,
     VoteKind.BAR: ScaleSource.SCALE_BAR,
@@ -72,12 +71,12 @@ def label_votes(drawing: Drawing) -> list[Vote]:
 def is_building(drawing: Drawing, found: Consensus) -> bool:
     """Return whether the size of a drawing and its doors are plausible for a building."""
     size_m = max(drawing.pixels.shape[:2]) * found.resolution_m
-    if not _SIZE_M[0] < size_m < _SIZE_M[1]:
+    if not BUILDING_M[0] < size_m < BUILDING_M[1]:
         return False
     if len(drawing.door_px) < _MIN_DOORS:
         return True
     door_m = float(np.median(drawing.door_px)) * found.resolution_m
-    return _DOORS_M[0] < door_m < _DOORS_M[1]
+    return DOOR_WIDTHS_M[0] < door_m < DOOR_WIDTHS_M[1]
 
 
 def _paper_votes(drawing: Drawing) -> list[Vote]:

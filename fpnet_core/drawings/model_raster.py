@@ -19,7 +19,7 @@ from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 WALL_M = 0.1
-"""Thickness of walls that a model states as single lines [m]. Chosen."""
+"""Physical: thickness of partitions, and of walls that a model states as single lines [m]."""
 
 _SHUT = 0.5  # of the outline's area: if less floor is enclosed, the walls leak; chosen
 _FAR = 4.0  # numerical: corners are clipped to this many raster sizes

@@ -24,7 +24,7 @@ _MODELS = {'Det': '*det*.onnx', 'Cls': '*cls*.onnx', 'Rec': '*rec*.onnx'}  # giv
 _MOST_PX = 3.2e6  # numerical: largest image for text detection [pixels], 3 s on one core
 _MOST_TEXTS = 250  # numerical: largest number of texts, 0.05 s each on one core
 _ENLARGED_PX = 2.0e6  # numerical: smaller images are enlarged to this size [pixels]
-_LARGEST_FACTOR = 2.0  # largest enlargement of small images; chosen
+_LARGEST_FACTOR = 2.0  # numerical: largest enlargement of small images
 _LEAST_SCORE = 0.75  # smallest score of an accepted text; chosen
 
 

@@ -21,7 +21,7 @@ from fpnet_core.raster.windows import EVERY_SIDE
 Labels = NDArray[np.int32]
 
 # Chosen, not measured:
-_SIZE_SPREAD, _AREA_SPREAD = 0.015, 0.015  # sigma of log scale: rooms are exact to 1 or 2 pixels
+_SPREAD = 0.015  # sigma of log scale: rooms are exact to 1 or 2 pixels
 _SQUARE = 0.06  # largest difference of log scale between the two sides of a room
 _MOST_SUMMED = 6  # up to this many areas in one space are taken as those of its parts
 _FEWEST_PX = 40  # smallest room that votes
@@ -121,7 +121,7 @@ def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Itera
     kind = VoteKind.AREA
     for number, values in printed:
         for area_m2 in values:
-            spread = math.hypot(_AREA_SPREAD, _rounding(area_m2))
+            spread = math.hypot(_SPREAD, _rounding(area_m2))
             scale = 0.5 * math.log(area_m2 / area_px)
             yield Vote(scale, kind, math.sqrt(area_m2), number, '', spread)
     if 1 < len(printed) <= _MOST_SUMMED:
@@ -129,7 +129,7 @@ def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Itera
         total_m2 = sum(values[0] for _, values in printed)
         scale = 0.5 * math.log(total_m2 / area_px)
         number, values = max(printed, key=lambda each: each[1][0])
-        yield Vote(scale, kind, math.sqrt(values[0]), number, '', _AREA_SPREAD)
+        yield Vote(scale, kind, math.sqrt(values[0]), number, '', _SPREAD)
 
 
 def _rounding(area_m2: float) -> float:
@@ -153,11 +153,11 @@ def _size_votes(
                 one = math.log(first_m / (across + more_px))
                 two = math.log(second_m / (along + more_px))
                 scale = 0.5 * (one + two)
-                is_new = all(abs(scale - other) > _SIZE_SPREAD for other in kept)
+                is_new = all(abs(scale - other) > _SPREAD for other in kept)
                 if abs(one - two) < _SQUARE and is_new:
                     kept.append(scale)
                     value = math.sqrt(first_m * second_m)
-                    yield Vote(scale, VoteKind.SIZE, value, number, unit, _SIZE_SPREAD)
+                    yield Vote(scale, VoteKind.SIZE, value, number, unit, _SPREAD)
 
 
 def _sides(label: Label, mask: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:

@@ -9,18 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from fpnet_core.drawings.model import FloorplanModel
-from fpnet_core.drawings.model_raster import model_grid
+from fpnet_core.drawings.model_raster import WALL_M, model_grid
 from fpnet_core.drawings.plan_files import is_affine
 from fpnet_core.drawings.stated import SaidScale
 from fpnet_core.drawings.stated_rooms import stated_rooms
 from fpnet_core.drawings.types import Array, Drawing, Reading, ReadOptions
 from fpnet_core.types import FREE, GridMap
 
-CELL_M = 0.025
-"""Edge of a cell [m]; a partition is four cells thick. Chosen."""
+CELL_M = WALL_M / 4.0
+"""Numerical: edge of a cell [m]; a partition is four cells thick."""
 _MOST_CELLS = 4_000  # numerical: along the drawing; larger buildings get larger cells
 _NAMES = {'geojson': 'GeoJSON', 'rmf': 'Open-RMF building'}
-_FLOOR_M2 = 4.0  # chosen: smallest floor area of a building
+_FLOOR_M2 = 4.0  # physical: smallest floor area of a building
 
 
 def model_reading(drawing: Drawing, options: ReadOptions) -> Reading | None:

@@ -28,6 +28,9 @@ Box = tuple[int, int, int, int]
 Length = tuple[float, float, float, float, float]
 Chances = NDArray[np.float32]
 
+BUILDING_M = (2.5, 3_000.0)
+"""Physical: shortest and longest drawing of a building [m]."""
+
 
 class ScaleSource(StrEnum):
     """Source of a drawing's scale."""

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 # Given: regions up to this size are drawing noise [cells], as in Bormann's comparison.
 _NOISE_CELLS = 100
-# Chosen, not measured:
-# A found and a hand-drawn room match above this intersection over union.
+# Given: a found and a hand-drawn room match above this intersection over union, as in PASCAL VOC.
 SAME_ROOM_IOU = 0.5
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry.distinct import first_distinct
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.rays import cells_at, draw_line, marked, run_lengths
-from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, Opening
+from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, THICK_WALL_M, Opening
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -50,8 +50,6 @@ _DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3  # numerical
 _BITS = 20  # numerical: bits of a cell's row and column in a key that also holds its outline
 _MIN_OPEN_CORNERS = 2
-# Gaps whose middles are nearer than this are the two faces of one wall [m].
-_SAME_GAP_M = 0.6
 # A room is searched for at most this far from the gap [m].
 _ROOM_REACH_M = 0.5
 
@@ -118,7 +116,7 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[Array]:
     candidates = _gaps_from(free, solid, _wall_ends(free, cell_m), cell_m)
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
     candidates = candidates[np.argsort(lengths, kind='stable')]
-    apart = _SAME_GAP_M / cell_m
+    apart = THICK_WALL_M / cell_m  # nearer gaps are the two faces of one wall
 
     def is_same(index: int, others: Cells) -> Mask:
         return _is_same_gap(candidates[index], candidates[others], apart)

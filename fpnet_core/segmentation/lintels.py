@@ -19,23 +19,24 @@ from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.gaps import labels_beside
 from fpnet_core.segmentation.openings import (
     MIN_DOOR_WIDTH_M,
+    THICK_WALL_M,
     Opening,
     narrowest_lines,
 )
 
 Array = NDArray[np.float64]
 
-# Chosen, not measured:
-# Largest width of a doorway [m].
+# Physical: largest width of a doorway [m].
 _MAX_WIDTH_M = 3.0
+# High returns this near to the opening line belong to it [m].
+_LINE_REACH_M = THICK_WALL_M / 2.0
+# Physical: search range for rooms on both sides of the line, the thickness of outer walls [m].
+_ROOM_REACH_M = 0.8
+# Chosen, not measured:
 # Least share of the opening line with high returns near it.
 _MIN_COVERAGE = 0.35
-# High returns this near to the opening line belong to it: half of a thick wall [m].
-_LINE_REACH_M = 0.3
 # Free space must extend this far on both sides of a doorway [m].
 _PASSAGE_M = 0.4
-# Search range for rooms on both sides of the line [m].
-_ROOM_REACH_M = 0.8
 # Free space must extend between these shares of a doorway's length.
 _MIDDLE = 0.35, 0.65
 # Numerical: samples along a doorway when its rooms are searched for.

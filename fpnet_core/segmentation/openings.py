@@ -23,21 +23,22 @@ _DOOR_SEPARATION_M = 0.7
 
 MIN_DOOR_WIDTH_M = 0.6
 """
-Narrower openings are no doors: shelves that look like lintels, cracks between the ends of walls,
-holes in a wall that was seen too rarely. Chosen.
+Physical: narrower openings are no doors but shelves that look like lintels, cracks between the
+ends of walls, holes in a wall that was seen too rarely.
 """
 
-# Chosen, not measured:
-# Search range of the closing line on each side of a saddle, in clearances.
+THICK_WALL_M = 0.6
+"""Physical: thickness of thick walls."""
+
+# Search range of the closing line on each side of a saddle, in clearances. Chosen.
 _LINE_REACH = 3.0
-# The line may move this far across the wall to find the jambs [m].
-_SLIDE_M = 0.3
 # Numerical: directions tried for the line across an opening, over half a turn.
 _DIRECTIONS = 36
 _BOUNDING = 6  # numerical: every this many directions are tried first, for a bound
 _STEP_CELLS = 0.25  # numerical: step along a line
 _SAME_CELLS = 1.0  # numerical: lines whose lengths differ by less count as equal
-_ANGLES = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+_ANGLES = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS  # numerical
+# Numerical: their unit vectors.
 _UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 
 Array = NDArray[np.float64]
@@ -96,7 +97,9 @@ def closing_lines(saddles: list[Saddle], work: WorkRaster, free: Mask) -> Array:
     places = (np.array([s.rc for s in saddles]).reshape(-1, 2) + 0.5) * work.stride - 0.5
     clearance = np.array([s.clearance_m for s in saddles]) / work.cell_m * work.stride
     reach = _LINE_REACH * (clearance + work.stride)
-    return narrowest_lines(free, places, reach, _SLIDE_M / work.cell_m * work.stride, clearance)
+    # The line may move across half a wall to find the jambs.
+    slide = 0.5 * THICK_WALL_M / work.cell_m * work.stride
+    return narrowest_lines(free, places, reach, slide, clearance)
 
 
 def narrowest_lines(

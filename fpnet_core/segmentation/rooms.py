@@ -29,8 +29,8 @@ from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 # Smaller rooms join the neighbour with the widest opening;
 # fitted to the development split (notes/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
-# A space that is narrower everywhere is no room; narrower parts of a room do not count towards its
-# area [m]. Chosen.
+# Physical: nobody walks where it is narrower. A space that is narrower everywhere is no room;
+# narrower parts of a room do not count towards its area [m].
 MIN_ROOM_WIDTH_M = 0.5
 # Small rooms with a longer edge to unseen space stay separate;
 # fitted to the development split (notes/segmentation.md).

@@ -28,9 +28,9 @@ from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 SURE_FACTOR = 1.1
 """A scale is certain if its 90 % interval lies within this factor of the estimate. Chosen."""
 
-# Chosen, not measured:
-# Reported quantiles of a scale: the median and the 90 % interval.
+# Given: reported quantiles of a scale: the median and the 90 % interval.
 _STATED = (0.05, 0.5, 0.95)
+# Chosen, not measured:
 # In every building about one free cell in five is farther than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
 # Clutter: components that extend over less than this share of the map's diagonal.

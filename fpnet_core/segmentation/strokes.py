@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Door symbols of drawings: an open leaf with its quarter-circle arc, or a leaf half open."""
+"""
+Door symbols of drawings: an open leaf with its quarter-circle arc.
+
+Pictures are parsed by a network that knows leaves; maps of stated walls are not. Without this
+module the doors of styles *sketch* and *architect* of ``benchmarks/drawing_styles.py`` are lost.
+"""
 
 from __future__ import annotations
 
@@ -17,39 +22,32 @@ from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 from fpnet_core.raster.windows import cells_of
-from fpnet_core.segmentation.leaves import (
-    FLANK,
-    LEAF,
-    MAX_BEND,
-    NEAR,
-    REACH,
-    Codes,
-    is_ajar,
-    is_drawn,
-    is_end,
-)
 
 # Chosen, not measured:
-# Lines are about this thin [m] or one cell, oblique ones half a cell more; filled walls are
-# thicker.
-_LINE_M, _LEAST_LINE = 0.1, 1.5
-# Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
+_LINE_M = 0.1  # lines are about this thin or one cell; filled walls are thicker
+_NEAR = 2  # largest squared distance of ink from its expected place [cells squared]
+_FLANK = 3.0  # distance at which nothing may be drawn beside leaves and arcs [cells]
+# Physical: length of a leaf [m], 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
 # Numerical: symbols are searched for at cells of about this size [m].
 _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
-_ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+_ANGLES = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS  # numerical
+# Numerical: their unit vectors.
 _UNITS = np.stack([np.sin(_ANGLES), np.cos(_ANGLES)], axis=1)
 _FAR = 1024.0  # numerical
 _OFF = np.sqrt(np.arange(4.0).astype(np.float32))  # given: distances that codes stand for [cells]
-# Samples on the arc, from its middle on; the ends merge with leaf and jamb.
+# Numerical: samples on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
+# Numerical: their places on a circle of radius 1.
 _ARC = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
-# Largest mean deviation of leaf and arc [cells].
+# Numerical: sample positions on leaves, as shares of their length.
+_LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)
+# Chosen: largest mean deviation of leaf and arc [cells].
 _MAX_MISFIT = 0.7
-# Samples in a symbol that must be blank: angles from the leaf, shares of the radius.
+# Numerical: samples in a symbol that must be blank: angles from the leaf, shares of the radius.
 _SECTOR_DEG = (25.0, 35.0, 45.0, 55.0, 65.0)
-_SECTOR = (0.35, 0.5, 0.65)
+_SECTOR = (0.35, 0.5, 0.65)  # numerical
 # The doorway is open this deep behind the leaf's line [m].
 _DEPTH_M = 0.2
 # Largest share of the blank samples that crossing lines and letters may cover.
@@ -62,6 +60,8 @@ _PEN_CELLS = 1
 _STUB = 1.5
 
 Array = NDArray[np.float64]
+Codes = NDArray[np.uint8]
+"""Squared distances (H, W) to the nearest drawn cell, see ``near_code``."""
 
 
 def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
@@ -70,8 +70,8 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
 
     A symbol is a straight stroke of 0.6 to 1.6 m, the leaf, with a quarter circle around its hinge
     that runs from its other end across an open doorway. Both are thin lines and most of the sector
-    between them is empty. A symbol without an arc is a leaf half open beside a gap of equal width.
-    A drawing without such symbols is returned unchanged; ``cell_m`` is the cell edge [m].
+    between them is empty. A drawing without such symbols is returned unchanged; ``cell_m`` is the
+    cell edge [m].
     """
     stride = max(1, int(_WORK_M / cell_m))
     ink = block_any(~free, stride)
@@ -90,12 +90,10 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     first, last = (round(length / cell_m) for length in _LEAF_M)
     if last <= first:  # cells as large as a leaf show none
         return np.zeros((0, 6))
-    margin = int(np.ceil(REACH * last + FLANK)) + 1
+    margin = int(np.ceil(np.sqrt(2.0) * last + _FLANK)) + 1
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
-    tips = cells_of(lines)
-    thick = max(_LINE_M / cell_m, _LEAST_LINE)
-    found = _search(near_lines, near_ink, tips + margin, first, blanks, thick)
+    found = _search(near_lines, near_ink, cells_of(lines) + margin, first, blanks)
     found[:, 1:3] -= margin
     return found
 
@@ -115,26 +113,23 @@ def _blank_places(radius: float, depth: float) -> Array:
     """
     turn, share = np.meshgrid(np.radians(_SECTOR_DEG), _SECTOR)
     sector = radius * np.stack([share * np.cos(turn), share * np.sin(turn)], axis=-1)
-    turn, reach = np.meshgrid(np.radians(_SECTOR_DEG), radius + FLANK * np.array([-1, 1, 1]))
+    turn, reach = np.meshgrid(np.radians(_SECTOR_DEG), radius + _FLANK * np.array([-1, 1, 1]))
     arc = np.stack([reach * np.cos(turn), reach * np.sin(turn)], axis=-1)
-    along, across = np.meshgrid(radius * np.array(LEAF), FLANK * np.array([-1, 1, -1]))
+    along, across = np.meshgrid(radius * np.array(_LEAF), _FLANK * np.array([-1, 1, -1]))
     leaf = np.stack([along, across], axis=-1)
-    across, behind = np.meshgrid(radius * np.array(LEAF), -depth * np.array([0.0, 0.5, 1.0]))
+    across, behind = np.meshgrid(radius * np.array(_LEAF), -depth * np.array([0.0, 0.5, 1.0]))
     doorway = np.stack([behind, across], axis=-1)
     return np.stack([part.reshape(-1, 2) for part in (sector, arc, leaf, doorway)])
 
 
-def _search(
-    lines: Codes, ink: Codes, tips: NDArray[np.int64], first: int, blanks: Array, thick: float
-) -> Array:
+def _search(lines: Codes, ink: Codes, tips: NDArray[np.int64], first: int, blanks: Array) -> Array:
     """
     Try each cell of a line as a leaf's tip, in all directions and with both sides.
 
-    ``lines`` and ``ink`` hold squared distances up to 2, or 3, with a margin all around. Leaves
-    without an arc have side 0. Returns symbols (N, 6), by direction.
+    ``lines`` and ``ink`` hold squared distances up to 2, or 3, with a margin all around. Returns
+    symbols (N, 6), by direction.
     """
     tip, way, misfit = _straight(ink, tips, first, first + len(blanks) - 1)
-    ends = is_end(ink, tips[tip].astype(np.float64), _UNITS[way])
     line, longer = np.nonzero(np.isfinite(misfit[:, first - 1 :]))
     length, misfit = longer + first, misfit[line, longer + first - 1]
     tip, u, angle = tips[tip[line]].astype(np.float64), _UNITS[way[line]], _ANGLES[way[line]]
@@ -147,14 +142,8 @@ def _search(
     v = side[:, None] * np.stack([u[found, 1], -u[found, 0]], axis=1)
     is_blank = _is_blank(ink, hinges[found], u[found], v, blanks[longer[found]])
     found, score, side = found[is_blank], score[found, which][is_blank], side[is_blank]
-    ajar = np.flatnonzero(ends[line] & (misfit <= MAX_BEND * length))
-    beside = blanks[longer[ajar], 2]
-    ajar = ajar[is_ajar(lines, ink, hinges[ajar], u[ajar], length[ajar], beside, thick)]
-    score = np.concatenate([score, misfit[ajar] / length[ajar] + _MAX_MISFIT])
-    side = np.concatenate([side, np.zeros(len(ajar))])
-    found = np.concatenate([found, ajar])
     symbols = np.column_stack([score, tip[found], angle[found], length[found], side])
-    return np.asarray(symbols[np.lexsort([side == 0.0, found, angle[found]])])
+    return np.asarray(symbols[np.lexsort([found, angle[found]])])
 
 
 def _straight(
@@ -173,14 +162,14 @@ def _straight(
     steps = np.floor(_FAR - np.arange(1, last + 1)[:, None, None] * _UNITS + 0.5) - _FAR
     steps = (steps[..., 0] * cols + steps[..., 1]).astype(np.int64)
     beyond, least = (
-        np.floor(by * _UNITS + 0.5).astype(np.int64) @ (cols, 1) for by in (FLANK, -first)
+        np.floor(by * _UNITS + 0.5).astype(np.int64) @ (cols, 1) for by in (_FLANK, -first)
     )
     is_line = np.zeros((len(cells), _DIRECTIONS), np.bool_)
     _mark_lines(unwritable(flat), cells, steps[:first], beyond, least, is_line)
     tip, way = np.divmod(np.flatnonzero(is_line), _DIRECTIONS)
     codes = flat[cells[tip][:, None] + steps[:, way].T]
     misfit = np.cumsum(_OFF[codes], axis=1, dtype=np.float64)
-    misfit[np.logical_or.accumulate(codes > NEAR, axis=1)] = np.inf
+    misfit[np.logical_or.accumulate(codes > _NEAR, axis=1)] = np.inf
     return tip, way, misfit
 
 
@@ -189,17 +178,12 @@ def _mark_lines(ink, cells, steps, beyond, least, is_line):  # type: ignore[no-u
     """Mark directions with ink at all ``steps (S, D)`` from the tips and none beyond the tips."""
     for tip in range(len(cells)):
         for way in range(len(least)):
-            if ink[cells[tip] + beyond[way]] <= NEAR or ink[cells[tip] + least[way]] > NEAR:
+            if ink[cells[tip] + beyond[way]] <= _NEAR or ink[cells[tip] + least[way]] > _NEAR:
                 continue
             step = 0
-            while step < len(steps) and ink[cells[tip] + steps[step, way]] <= NEAR:
+            while step < len(steps) and ink[cells[tip] + steps[step, way]] <= _NEAR:
                 step += 1
             is_line[tip, way] = step == len(steps)
-
-
-def _rounded(cells: Array) -> NDArray[np.int64]:
-    """Return whole numbers of cells (...)."""
-    return np.floor(cells + 0.5).astype(np.int64)
 
 
 @njit(cache=True, nogil=True)
@@ -213,7 +197,7 @@ def _arc_misfits(lines, hinges, u, radii, arc, misfits):  # type: ignore[no-unty
                 row = hinges[n, 0] + a * u[n, 0] + b * u[n, 1]
                 code = lines[int(row + 0.5), int(hinges[n, 1] + a * u[n, 1] - b * u[n, 0] + 0.5)]
                 total += np.sqrt(np.float32(code))
-                if code > NEAR:
+                if code > _NEAR:
                     total = np.inf
                     break
             misfits[n, which] = total / len(arc)
@@ -221,22 +205,19 @@ def _arc_misfits(lines, hinges, u, radii, arc, misfits):  # type: ignore[no-unty
 
 def _is_blank(ink: Codes, origins: Array, u: Array, v: Array, blanks: Array) -> Mask:
     """Return whether almost no place of each of ``blanks (N, 4, K, 2)``, in u and v, holds ink."""
-    clutter = is_drawn(ink, origins[:, None], u[:, None], v[:, None], blanks).sum(axis=2)
+    along, across = blanks[..., :1] * u[:, None, None], blanks[..., 1:] * v[:, None, None]
+    row, col = cells_at(origins[:, None, None] + along + across, ink.shape)
+    clutter = (ink[row, col] == 0).sum(axis=2)
     return np.asarray((clutter <= _MAX_CLUTTER * blanks.shape[2]).all(axis=1))
 
 
 def _distinct(found: Array, apart: float) -> Array:
     """Return the best fitting symbol of each group with nearly the same tip."""
     ordered = found[np.argsort(found[:, 0], kind='stable')]
-    tips, angles, radii, sides = ordered[:, 1:3], *ordered[:, 3:].T
-    hinges = tips - radii[:, None] * np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    tips = ordered[:, 1:3]
 
     def is_same(index: int, others: NDArray[np.int64]) -> Mask:
-        # A leaf without an arc must not have another symbol's arc around it.
-        is_around = (sides[others] == 0.0) & (sides[index] != 0.0)
-        apart_from = np.where(is_around[:, None], hinges[index], tips[index])
-        reach = np.where(is_around, radii[index] + apart, apart)
-        return np.asarray(np.hypot(*(tips[others] - apart_from).T) <= reach)
+        return np.asarray(np.hypot(*(tips[others] - tips[index]).T) <= apart)
 
     return ordered[first_distinct(len(ordered), is_same)]
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pieces import pieces_of, reached_from_edge
+from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, Segmentation
 
-_WAY_M = (0.6, 6.0)
-"""Physical: narrower openings are no doors; a gate for lorries is up to 6 m wide."""
+_GATE_M = 6.0  # physical: gates for lorries are narrower
 _WALL_M = 0.8  # physical: outer walls are thinner
 _OF_ROOM = 0.5  # chosen: over the root of a room's area; a room with a wider opening lacks a wall
 
@@ -32,7 +32,7 @@ def rooms_with_ways_out(segmentation: Segmentation, metres_per_unit: float = 1.0
     found: set[int] = set()
     for number, (left, top, width, height) in enumerate(stats[1:, :4].tolist(), start=1):
         width_m = max(width, height) * cell_m
-        if not _WAY_M[0] <= width_m <= _WAY_M[1]:
+        if not MIN_DOOR_WIDTH_M <= width_m <= _GATE_M:
             continue
         rows = slice(max(top - reach, 0), top + height + reach)
         columns = slice(max(left - reach, 0), left + width + reach)

@@ -11,10 +11,10 @@ import numpy as np
 
 from fpnet_core.drawings.formats.pages import BLACK, PageBuilder, Paint, Ring, UnitKind, VectorPage
 from fpnet_core.drawings.model import FloorplanModel
+from fpnet_core.drawings.model_raster import WALL_M
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-_LINE_M = 0.1  # width of rooms' outlines, as thick as a partition; chosen
 _LETTER_M = 0.3  # height of rooms' names; chosen
 
 
@@ -47,11 +47,11 @@ def page_of(name: str, model: FloorplanModel, notes: Sequence[str]) -> VectorPag
         rings = [Ring(ring, is_closed=True) for ring in wall.rings]
         builder.add(rings, Paint(BLACK, is_even_odd=True, layer='walls'))
     for window in model.windows:
-        builder.add([Ring(window.ends)], Paint(stroke=BLACK, width=_LINE_M, layer='windows'))
+        builder.add([Ring(window.ends)], Paint(stroke=BLACK, width=WALL_M, layer='windows'))
     for room in model.rooms:
         rings = [Ring(ring, is_closed=True) for ring in room.rings]
         layer = 'rooms' if model.walls else 'walls'
-        width = 0.0 if model.walls else _LINE_M
+        width = 0.0 if model.walls else WALL_M
         builder.add(rings, Paint(stroke=BLACK, width=width, layer=layer))
         if room.name:
             x, y = (float(each) for each in room.rings[0].mean(axis=0))

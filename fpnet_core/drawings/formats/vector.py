@@ -34,7 +34,9 @@ from fpnet_core.drawings.formats.pages import (
 )
 from fpnet_core.drawings.formats.painting import paint
 from fpnet_core.drawings.formats.units import DrawingUnit, resolve_unit
+from fpnet_core.drawings.model_raster import WALL_M
 from fpnet_core.drawings.types import (
+    BUILDING_M,
     Drawing,
     DrawingScale,
     Label,
@@ -45,8 +47,8 @@ from fpnet_core.drawings.types import (
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
-PIXEL_M = 0.025
-"""Edge of a pixel [m] if a drawing's size is known; a partition is four pixels thick. Chosen."""
+PIXEL_M = WALL_M / 4.0
+"""Numerical: edge of a pixel [m] of a drawing of known size; a partition is four pixels thick."""
 LONG_SIDE_PX = 3_000
 """Long side of a drawing of unknown size [pixels], about that of a floor of 100 m. Chosen."""
 
@@ -65,7 +67,6 @@ _PAPER = (255, 255, 255)
 _FEWEST_LINES = 4
 _FACE_M = 0.06  # physical: distance of a wall's line beyond a door's on either side
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
-_BUILDING_M = (2.5, 3_000.0)
 
 
 def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> Drawing:
@@ -150,7 +151,7 @@ def _doubts(
         doubts.append('its lines run in all directions, unlike walls')
     if unit.stated_m is not None and unit.length_m is None and len(lines.ends):
         size_m = _size(lines, page) * unit.stated_m
-        if not _BUILDING_M[0] < size_m < _BUILDING_M[1]:
+        if not BUILDING_M[0] < size_m < BUILDING_M[1]:
             doubts.append(f'it is {size_m:.3g} m long in its stated unit: implausible')
     return tuple(doubts)
 

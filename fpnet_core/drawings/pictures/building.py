@@ -98,7 +98,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     MapFormatError
         If there is no such storey.
     """
-    shape = view.levels.shape
+    shape = view.shape
     sheet, H_sheet_pixel = _coarse_pass(view)
     first = sheet.chances
     labels, boxes = _buildings(first[OUTSIDE] < LIKELY)
@@ -134,7 +134,7 @@ def _coarse_pass(view: View) -> tuple[Parsed, Array]:
 
     The parse of a small image, which shows halls and large buildings, is the context of the next.
     """
-    height, width = view.levels.shape
+    height, width = view.shape
     seen, H_seen_pixel = None, np.eye(3)
     for longest in SHEET_PX:
         picture, H_picture_pixel = view.shown((0, 0, width, height), longest)

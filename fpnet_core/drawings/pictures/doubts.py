@@ -26,6 +26,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.building import SeenBuilding, first_cells
 from fpnet_core.drawings.pictures.hypothesis import PlanHypothesis, rooms_of, stride
 from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings
+from fpnet_core.drawings.pictures.spaces import LIKELY, SURELY
 from fpnet_core.drawings.types import Box, Chances, Doubtful
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
@@ -53,8 +54,6 @@ SHEET_FIGURES = (
 # Chosen, not measured:
 _INNER_CELLS = 2  # distance from the walls at which a room's interior begins
 _LINE_CELLS = 4  # lines are this much thicker in the coarse pass
-_UNSURE = 0.8  # pixels with a less probable class are unsure
-_DOUBTFUL = 0.5  # rooms with a lower probability of being right get a warning
 _MOST_MARKED = 12  # largest number of marked regions
 _SIDE = 1.0 / 3.0  # of the building's extent is its left, right, top or bottom
 _LEAST = 0.02  # numerical: smallest probability, so that log odds are finite
@@ -191,7 +190,7 @@ def evidence_of(found: PlanHypothesis, config: SegmentationConfig) -> SheetEvide
     whole = [
         float(most.mean()),
         float((chances[WALL] + chances[WINDOW])[walls].mean()) if walls.any() else 0.0,
-        float((most < _UNSURE).mean()),
+        float((most < SURELY).mean()),
         room_agreement(first.labels, rooms.labels).f1,
         float(inside[~built].sum() / max(int(built.sum()), 1)),
         *features(rooms).tolist(),
@@ -211,7 +210,7 @@ def sheet_figures(evidence: SheetEvidence, right: Array) -> Array:
     """Return the features (F,) of a building whose rooms have probabilities ``right (R,)``."""
     held = np.clip(right, _LEAST, 1.0 - _LEAST)
     odds = np.log(held / (1.0 - held))
-    of_rooms = [odds.mean(), np.quantile(odds, 0.1), np.mean(right < _DOUBTFUL)]
+    of_rooms = [odds.mean(), np.quantile(odds, 0.1), np.mean(right < LIKELY)]
     return np.array([*of_rooms, *evidence.whole])
 
 
@@ -321,7 +320,7 @@ def best_overlap(labels: Labels, others: Labels, count: int) -> Array:
 def _places(found: PlanHypothesis, evidence: SheetEvidence, right: Array) -> Iterator[Doubtful]:
     """Yield the doubtful rooms on the drawing, the least probable first."""
     for number in np.argsort(right):
-        if right[number] < _DOUBTFUL:
+        if right[number] < LIKELY:
             figures = dict(zip(ROOM_FIGURES, evidence.rooms[number].tolist(), strict=True))
             strength = {
                 'open': figures['open'],

@@ -25,7 +25,7 @@ from fpnet_core.segmentation.scale_model import ScalePrior
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 NOMINAL_M = 0.05
-"""Nominal edge of a cell of unknown scale; all results are ratios then. Chosen."""
+"""Nominal edge of a cell of unknown scale; all results are ratios then. Numerical."""
 
 _SEGMENTED_PX = 1200  # numerical: longer side of the grid that is segmented
 _ROUNDS = 2  # numerical: of scale and segmentation; enough for the parser warnings

@@ -23,7 +23,6 @@ FEATURES = (
 
 # Chosen, not measured:
 _GIANT_SHARE = 0.8  # of the total room area is in one of several rooms
-_FEW_ROOMS = 2
 _HALL_DOORS = 3  # rooms with doors to a hall; paper and missed walls have fewer
 _MANY_SPECKS = 40.0  # per room
 _DOORED_SHARE = 0.4  # of several rooms must have a detected door
@@ -54,11 +53,11 @@ def findings(segmentation: Segmentation, metres_per_unit: float | None = None) -
     groups = _joined_rooms(segmentation)
     checks = [
         (
-            rooms < _FEW_ROOMS and not (metres_per_unit and is_hall),
+            rooms == 1 and not (metres_per_unit and is_hall),
             'Only one room was found: walls were missed, or this is not a floorplan.',
         ),
         (
-            rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE and not is_hall,
+            rooms > 1 and figures['largest'] > _GIANT_SHARE and not is_hall,
             f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
             'or the paper was taken for a room.',
         ),

@@ -25,9 +25,12 @@ Labels = NDArray[np.int32]
 LIKELY = 0.5
 """Given: probability threshold of a binary decision."""
 
+SURELY = 0.8
+"""Probability from which a class is sure. Chosen."""
+
 _LEAST = 0.01  # numerical: smallest probability, so that log odds are finite
 # Chosen, not measured:
-_LEAKS, _SURELY = 0.12, 0.8  # share of both sure classes in a leaking space; limit of sure
+_LEAKS = 0.12  # share of both sure classes in a leaking space
 _GAP_PX = 5  # narrower gaps in lines are closed
 _DOOR_WALLS = 2.0  # narrowest door over the thickness of walls
 # Log odds [nats] that a door to a room adds and as much window subtracts, which is less: the
@@ -57,7 +60,7 @@ def rooms_among_spaces(inside: Chances, is_shut: Mask, chances: Chances) -> Mask
     size = np.maximum(np.bincount(flat, minlength=count), 1)
     mean, surely_in, surely_out = (
         np.bincount(flat, of_each.ravel(), count) / size
-        for of_each in (inside, inside > _SURELY, inside < 1.0 - _SURELY)
+        for of_each in (inside, inside > SURELY, inside < 1.0 - SURELY)
     )
     leaks = np.minimum(surely_in, surely_out) > _LEAKS
     leaks[0] = True

@@ -15,7 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import square
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points
+from fpnet_core.raster.windows import border_of
 
 Array = NDArray[np.float64]
 Levels = NDArray[np.uint8]
@@ -44,34 +46,51 @@ _RIM_SHARE = 0.01  # of the longer side: edges this close to the image border ar
 _SQUARE_SHARE = 0.8  # of a sheet's edges are aligned after undoing its tilt
 _ALLOWED = 0.9  # of the walls' aligned share must remain, else the shape is no sheet
 _MAX_GROWTH = 1.6  # largest growth of the image's sides
+_TABLE_PX = 320  # numerical: longer side of the image for detecting a sheet on a table
+_PEN_REACH = 0.03  # of that image: thicker than lines and walls
+_BRIGHT_EDGE = 0.35  # of the image border may be as bright as the sheet
+_BRIGHTER = 1.3  # smallest brightness of the sheet over that of the table
+_SHEET_SHARE, _CONVEX = 0.25, 0.93  # smallest share of the sheet in the image, and in its hull
 
 
-def find_straightening(levels: Levels, outline: Array | None = None) -> Array:
+def find_straightening(grey: Levels) -> Array:
     """
-    Return the homography (3, 3) from pixels to pixels of the straightened image.
+    Return the homography (3, 3) from pixels of ``grey (H, W)`` to those of the straightened image.
 
-    Parameters
-    ----------
-    levels : (H, W)
-        Line contrast from :func:`fpnet_core.drawings.pictures.binarization.contrast`.
-    outline : (V, 2)
-        Outline of a photographed sheet, x and y in pixels; None if no sheet is visible.
-
-    Returns
-    -------
-    The identity if nothing has to be corrected or the lines give no result.
+    It is the identity if nothing has to be corrected or the lines give no result.
     """
-    factor = min(1.0, _DETECTION_PX / max(levels.shape))
-    lines = _lines(levels, factor)
-    size = np.array(levels.shape[::-1]) * factor
+    factor = min(1.0, _DETECTION_PX / max(grey.shape))
+    lines = _lines(grey, factor)
+    size = np.array(grey.shape[::-1]) * factor
     angles = _best_angles(lines, size) if len(lines) >= _MIN_LINES else None
-    if angles is None and outline is not None and len(lines):
+    if angles is None and len(lines) and (outline := _sheet_outline(grey)) is not None:
         angles = _angles_of_sheet(_edges(factor * outline, size), lines, size)
     if angles is None:
         return np.eye(3)
     S = np.diag([factor, factor, 1.0])
     H: Array = np.linalg.inv(S) @ _camera_turn(angles, size) @ S
-    return _placed(H, levels.shape)
+    return _placed(H, grey.shape)
+
+
+def _sheet_outline(grey: Levels) -> Array | None:
+    """Return the outline (V, 2), x and y, of a bright convex sheet on a darker table, or None."""
+    factor = min(1.0, _TABLE_PX / max(grey.shape))
+    small = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    side = max(3, round(_PEN_REACH * max(small.shape)))
+    plain = cv2.morphologyEx(small, cv2.MORPH_CLOSE, square(side))
+    _, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+    if border_of(bright).mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
+        return None
+    if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
+        return None
+    contours, _ = cv2.findContours(bright, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    sheet = max(contours, key=cv2.contourArea)
+    hull = cv2.convexHull(sheet)
+    area = cv2.contourArea(hull)
+    if area < _SHEET_SHARE * small.size or cv2.contourArea(sheet) < _CONVEX * area:
+        return None
+    per_small = np.array(grey.shape[::-1]) / np.array(small.shape[::-1])
+    return np.asarray((hull.reshape(-1, 2) + 0.5) * per_small - 0.5, dtype=np.float64)
 
 
 def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
@@ -82,11 +101,10 @@ def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
     return int(min(width, limit[0])), int(min(height, limit[1]))
 
 
-def _lines(levels: Levels, factor: float) -> Array:
+def _lines(grey: Levels, factor: float) -> Array:
     """Return straight lines (N, 2, 2) in pixels of the image reduced by ``factor``."""
-    small = cv2.resize(levels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-    detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE)
-    found = detector.detect(np.asarray(255 - small, dtype=np.uint8))[0]
+    small = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_NONE).detect(small)[0]
     if found is None:
         return np.zeros((0, 2, 2))
     ends = np.asarray(found, dtype=np.float64).reshape(-1, 2, 2)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Straightened, reduced contrast image of a drawing with the transform to the drawing."""
+"""Straightened, reduced view of a drawing with the transform to the drawing."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pictures.binarization import (
+from fpnet_core.drawings.pictures.straighten import (
     Levels,
-    contrast,
-    sheet_outline,
+    find_straightening,
+    straightened_size,
 )
-from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
-"""Longer side of the image in which a sheet is parsed. Chosen."""
+"""Numerical: longer side of the view; the network sees less of it at a time."""
 
 # Chosen, not measured:
 _NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: ink this close needs this margin
@@ -32,13 +31,13 @@ _SAMPLES = 30_000  # numerical: sampled pixels, whose median is the paper
 @dataclass(frozen=True, eq=False)
 class View:
     """
-    Contrast ``levels (H, W)`` of a drawing with their transform.
+    A straightened view of ``shape`` (H, W) and its transform.
 
     ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened`` is
     true if it does more than scale. ``pixels (H, W, 3)`` are the drawing's.
     """
 
-    levels: Levels
+    shape: tuple[int, int]
     H_view_pixel: Array
     pixels: Levels
     is_straightened: bool
@@ -102,7 +101,7 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # smaller reductions need no averaging; chosen
+_WORTH_IT = 1.2  # numerical: smaller reductions need no averaging
 
 
 def on_paper(pixels: Levels, H_pixel_drawing: Array) -> tuple[Levels, Array]:
@@ -144,13 +143,10 @@ def view_of(pixels: Levels) -> View:
     factor = min(1.0, WORK_PX / max(pixels.shape[:2]))
     size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]
     small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else pixels
-    small = np.asarray(small, dtype=np.uint8)
-    levels = contrast(small)
+    grey = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), np.uint8)
     scale = shrinking((size[0] / pixels.shape[1], size[1] / pixels.shape[0]))
-    H = find_straightening(levels, sheet_outline(small))
-    is_straightened = not np.array_equal(H, np.eye(3))
-    if is_straightened:
-        levels = np.asarray(
-            cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
-        )
-    return View(levels, H @ scale, pixels, is_straightened)
+    H = find_straightening(grey)
+    if np.array_equal(H, np.eye(3)):
+        return View((size[1], size[0]), H @ scale, pixels, is_straightened=False)
+    width, height = straightened_size(H, grey.shape)
+    return View((height, width), H @ scale, pixels, is_straightened=True)
