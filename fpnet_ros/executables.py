@@ -29,6 +29,11 @@ def replay() -> int:
     return _run('replay')
 
 
+def seeder() -> int:
+    """Run the seeder of another localizer and return the exit status."""
+    return _run('seeder')
+
+
 def _run(name: str) -> int:
     """
     Import a node's module and run it.

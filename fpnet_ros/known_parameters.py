@@ -24,6 +24,7 @@ _SECTIONS = {
     'floorplan_server': ('floorplan_server', 'FloorplanServerParameters'),
     'localizer and floorplan_server': ('lifecycle', 'LifecycleParameters'),
     'replay': ('replay', 'ReplayParameters'),
+    'seeder': ('seeder', 'SeederParameters'),
 }
 """Module and class of parameters by node."""
 

@@ -19,7 +19,6 @@ from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
-from fpnet_ros.hand_over import HandOver
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, Health
 from fpnet_ros.initial_poses import InitialPoses
 from fpnet_ros.inputs import LocatedScan, ScanInput
@@ -155,7 +154,6 @@ class LocalizerNode(ManagedNode):
             self.get_logger(),
             parameters.first_pose,
         )
-        self._hand_over = HandOver(self) if parameters.hand_over else None
         offer_services(self, self._relocalize, self._localizer.reset)
         offer_set_initial_pose(self, self._hints, parameters.hand_over)
         if not parameters.hand_over:
@@ -205,8 +203,6 @@ class LocalizerNode(ManagedNode):
 
     def _relocalize(self) -> None:
         self._localizer.relocalize()
-        if self._hand_over is not None:
-            self._hand_over.again()
         if self.is_active:
             self._publisher.update()
 
@@ -235,8 +231,6 @@ class LocalizerNode(ManagedNode):
             stale_s = self._settings.value.stale_input_s
             if self._silence.follow(self._health.silence_s, stale_s):
                 self._publisher.update()  # no update runs while the clock stands still
-            if self._hand_over is not None:
-                self._hand_over.follow(self._out.accepted)
         self._publisher.diagnostics(self._checkup.findings())
 
     def _autosave(self) -> None:

@@ -26,8 +26,8 @@ class LocalizerParameters(InputParameters):
     tf_broadcast: bool = Field(True, description='Publish TF from map_frame to odometry.')
     hand_over: bool = Field(
         False,
-        description='Initialize AMCL once on initialpose, and leave TF and the services with '
-        "AMCL's names to it.",
+        description='Leave TF, initialpose and the services with the names of AMCL to another '
+        'localizer, which the seeder initializes.',
     )
     set_initial_pose: bool = Field(False, description='Use initial_pose as a hint at the start.')
     initial_pose: InitialPose = InitialPose()

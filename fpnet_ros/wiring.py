@@ -31,7 +31,9 @@ ARGUMENTS = (
     ('namespace', '', 'Namespace of all nodes and their relative topics.'),
     ('shared_tf', 'false', 'One TF tree for all robots, outside the namespace.'),
     ('use_sim_time', '', 'Follow /clock.'),
-    ('hand_over', '', 'Initialize AMCL once, and leave TF and its services to it.'),
+    ('hand_over', '', 'Initialize another localizer (seeder), and leave TF to it.'),
+    ('other_pose', 'amcl_pose', 'Topic of the pose of that localizer.'),
+    ('other_source', '', 'pose_with_covariance (AMCL), pose, odometry, or tf instead.'),
     ('autostart', '', 'Configure and activate without a lifecycle manager.'),
     ('state_file', '', 'File of the saved state, restored at the start; empty: none.'),
 )
@@ -68,6 +70,8 @@ def wired(given: Mapping[str, str]) -> list[NodeSpec]:
     nodes = [_floorplan_server(arguments)] if arguments['floorplan'] else []
     if arguments['odometry'] != 'robot':
         nodes.append(_odometry(arguments))
+    if arguments['hand_over'] and _boolean('hand_over', arguments['hand_over']):
+        nodes.append(_seeder(arguments))
     return [*nodes, _localizer(arguments)]
 
 
@@ -144,6 +148,11 @@ def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
     elif not _publishes_tf(arguments):
         parameters['odom_frame'] = _robot_odom(arguments)
     return NodeSpec('localizer', parameters, remappings)
+
+
+def _seeder(arguments: Mapping[str, str]) -> NodeSpec:
+    parameters = _typed(arguments, use_sim_time=bool, base_frame=str, other_source=str)
+    return NodeSpec('seeder', parameters, {'amcl_pose': arguments['other_pose'], **_tf(arguments)})
 
 
 def _robot_odom(arguments: Mapping[str, str]) -> str:

@@ -29,6 +29,7 @@ from fpnet_ros.large_clouds import PROFILE_VARIABLE, said_of_transport
 from fpnet_ros.lifecycle import LifecycleParameters
 from fpnet_ros.odometry import OdometryParameters
 from fpnet_ros.replay import ReplayParameters
+from fpnet_ros.seeder import SeederParameters
 from fpnet_ros.settings import LocalizerParameters
 
 pytestmark = pytest.mark.ros
@@ -39,6 +40,7 @@ SECTIONS = {
     'floorplan_server': (FloorplanServerParameters, LifecycleParameters),
     'odometry': (OdometryParameters,),
     'replay': (ReplayParameters,),
+    'seeder': (SeederParameters,),
 }
 CLASSES = {
     'launch': ('LaunchDescription',),
