@@ -32,7 +32,7 @@ ARGUMENTS = (
     ('shared_tf', 'false', 'One TF tree for all robots, outside the namespace.'),
     ('use_sim_time', '', 'Follow /clock.'),
     ('hand_over', '', 'Initialize another localizer (seeder), and leave TF to it.'),
-    ('other_pose', 'amcl_pose', 'Topic of the pose of that localizer.'),
+    ('other_pose', '', 'Topic of the pose of that localizer; empty: amcl_pose.'),
     ('other_source', '', 'pose_with_covariance (AMCL), pose, odometry, or tf instead.'),
     ('autostart', '', 'Configure and activate without a lifecycle manager.'),
     ('state_file', '', 'File of the saved state, restored at the start; empty: none.'),
@@ -70,7 +70,7 @@ def wired(given: Mapping[str, str]) -> list[NodeSpec]:
     nodes = [_floorplan_server(arguments)] if arguments['floorplan'] else []
     if arguments['odometry'] != 'robot':
         nodes.append(_odometry(arguments))
-    if arguments['hand_over'] and _boolean('hand_over', arguments['hand_over']):
+    if _hands_over(arguments):
         nodes.append(_seeder(arguments))
     return [*nodes, _localizer(arguments)]
 
@@ -89,11 +89,17 @@ def _check(arguments: Mapping[str, str]) -> None:
         raise ConfigError('imu is used by our odometry only; choose odometry:=kiss or both')
     if choice == 'kiss' and arguments['odom_topic']:
         raise ConfigError('odom_topic is used only with odometry:=robot or odometry:=both')
+    if (arguments['other_pose'] or arguments['other_source']) and not _hands_over(arguments):
+        raise ConfigError('other_pose and other_source are used only with hand_over:=true')
     if _publishes_tf(arguments) and choice == 'both' and not arguments['odom_topic']:
         raise ConfigError(
             "odometry:=both without odom_topic takes the robot's odometry from TF, where "
             'publish_odom_tf:=true would give the base a second parent'
         )
+
+
+def _hands_over(arguments: Mapping[str, str]) -> bool:
+    return bool(arguments['hand_over']) and _boolean('hand_over', arguments['hand_over'])
 
 
 def _publishes_tf(arguments: Mapping[str, str]) -> bool:
@@ -152,7 +158,10 @@ def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
 
 def _seeder(arguments: Mapping[str, str]) -> NodeSpec:
     parameters = _typed(arguments, use_sim_time=bool, base_frame=str, other_source=str)
-    return NodeSpec('seeder', parameters, {'amcl_pose': arguments['other_pose'], **_tf(arguments)})
+    remappings = _tf(arguments)
+    if arguments['other_pose']:
+        remappings['amcl_pose'] = arguments['other_pose']
+    return NodeSpec('seeder', parameters, remappings)
 
 
 def _robot_odom(arguments: Mapping[str, str]) -> str:

@@ -160,6 +160,7 @@ EVERYTHING = {
         'floorplan_frame': 'map', 'base_frame': 'base_link', 'use_sim_time': 'true',
         'autostart': 'false', 'state_file': 'state.npz', 'odometry': 'both', 'scan_stamp': 'end',
         'odom_frame': 'odom', 'publish_odom_tf': 'false', 'namespace': 'robot_1',
+        'hand_over': 'true', 'other_source': 'pose', 'other_pose': '/lio/pose',
     },
     'demo': {'bag': 'bag', 'floorplan': 'a.yaml', 'scan': '/scan'},
 }  # fmt: skip

@@ -144,6 +144,11 @@ def test_figures_of_robots_maps():
     ]
 
 
+def test_figures_of_seeds():
+    (_, _, row) = rows(published('seeder', REPORTS['seeder'](), MADE)['seeder'])
+    assert row == ['10', '9', '11.2 s', '8', '19', '0', '150', '1', '95.3 %', '2.7']
+
+
 def test_figures_of_long_drives():
     drift = published('drift', REPORTS['drift'](), MADE)
     assert rows(drift['drift'])[2] == ['open plan, 225 m', '0.30 m', '0.30 m', '0.30 m']
