@@ -3,7 +3,7 @@
 """
 Poses that the seeder gives another localizer: kidnapped robots, and whether covariances hold.
 
-Run: python benchmarks/seeder.py [--drives 10] [--sensor planar] [--seed 9101] [--starts 16]
+Run: python benchmarks/seeder.py [--drives 10] [--sensor planar] [--seed 9101] [--starts 6]
      [--json OUT]; then fpnet bench figures seeder=OUT
 
 Generated buildings, exact plans, KISS-ICP odometry. As in ``carried_off.py``, each robot is lifted
@@ -11,11 +11,12 @@ once and set down elsewhere. A particle filter with AMCL's semantics tracks it; 
 the node ``seeder`` are made after every scan from the published poses of both. A seed is wrong
 beyond 3 m or 30 degrees; the filter is right within 1 m and 10 degrees at the end.
 
-Then the localizer starts anew at ``--starts`` places of the unbroken path; each first pose counts
-as a seed in the share inside the 95 % ellipsoid of its covariance (x, y, yaw).
+Then the localizer starts anew at ``--starts`` places of the unbroken path, on the exact plan and
+on a sketch in turn; each first pose counts as a seed in the share inside the 95 % ellipsoid of its
+covariance (x, y, yaw).
 """
 
-from itertools import islice
+from itertools import cycle, islice
 import json
 
 from carried_off import TOUR, carried
@@ -30,9 +31,11 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
 from fpnet_lab.baselines.amcl import Amcl
-from fpnet_lab.cli.reports import finish
+from fpnet_lab.cli.reports import finish, write_report
+from fpnet_lab.evaluation.localization.cases import Distortion
 from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
+from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
 from fpnet_ros.seeding import SeedingParameters, SeedingState, Situation, advise
 from msg_adapters.poses import StampedPose, UncertainPose
@@ -101,21 +104,27 @@ def scored(told, lifted_ns):
         'seeds': len(seeds),
         'seeded_before': len(seeds) > len(after),
         'reseeded': bool(after),
-        'reseeded_s': (after[0] - lifted_ns) / NS_PER_S if after else None,
-        'wrong_seeds': sum(m > WRONG_POSITION_M or rad > WRONG_YAW_RAD for _, m, rad in seeds),
-        'is_right_at_the_end': tracked is not None
-        and tracked[1] <= RIGHT_M
-        and tracked[2] <= RIGHT_RAD,
+        'reseeded_s': float(after[0] - lifted_ns) / NS_PER_S if after else None,
+        'wrong_seeds': sum(
+            bool(m > WRONG_POSITION_M or rad > WRONG_YAW_RAD) for _, m, rad in seeds
+        ),
+        'is_right_at_the_end': bool(tracked)
+        and bool(tracked[1] <= RIGHT_M and tracked[2] <= RIGHT_RAD),
     }
 
 
 def first_poses(recording, scans, truth, config, starts):
     """Return the squared errors of first poses from many starts, and the number of wrong ones."""
-    localizer = create_localizer(config)
-    squared, wrong = [], 0
-    for begin in np.linspace(0, len(scans), starts, endpoint=False).astype(int):
-        localizer.set_plan(recording.floorplan)
-        localizer.reset()
+    sketch = draw_plan(recording.building.plan, Distortion.SKETCH, recording.seed)
+    plans = (
+        ('exact', recording.floorplan, recording.A_plan_building),
+        ('sketch', sketch.grid, sketch.A_plan_building),
+    )
+    squared, wrong = {name: [] for name, _, _ in plans}, 0
+    begins = np.linspace(0, len(scans), starts, endpoint=False).astype(int)
+    for begin, (name, plan, A_plan_building) in zip(begins, cycle(plans), strict=False):
+        localizer = create_localizer(config)
+        localizer.set_plan(plan)
         replay = Replay(islice(scans, begin, None), localizer, UPDATE_PERIOD_S, None)
         if not any(output.status is Status.LOCALIZED for output in replay):
             continue
@@ -123,36 +132,46 @@ def first_poses(recording, scans, truth, config, starts):
         if not len(run.published):
             continue
         first = run.published.take(np.array([-1]))
-        found = normalised_errors(first, run.covariances[-1:], truth, recording.A_plan_building)
-        squared += found.tolist()
+        found = normalised_errors(first, run.covariances[-1:], truth, A_plan_building)
+        squared[name] += found.tolist()
         wrong += len(first) - len(found)
     return {'squared': squared, 'wrong_firsts': wrong}
 
 
-def main() -> None:
-    """Print one line per recording, and the totals."""
-    parser = drives_parser(__doc__, drives=10, seed=9101)
-    parser.add_argument('--starts', type=int, default=16, help='places per recording')
-    arguments, results = parser.parse_args(), []
-    for _, figures in each(arguments, lambda *given: drive(*given, starts=arguments.starts)):
-        print(json.dumps({k: v for k, v in figures.items() if k != 'squared'}), flush=True)
-        results.append(figures)
-    squared = np.concatenate([figures['squared'] for figures in results])
-    waits = [each['reseeded_s'] for each in results if each['reseeded']]
+def report(robots):
+    """Return the report, with the totals of all robots."""
+    waits = [robot['reseeded_s'] for robot in robots if robot['reseeded']]
+    wrong = sum(robot['wrong_firsts'] for robot in robots)
     totals = {
-        'kidnaps': sum(each['seeded_before'] for each in results),
-        'reseeded': sum(each['reseeded'] and each['seeded_before'] for each in results),
+        'kidnaps': sum(robot['seeded_before'] for robot in robots),
+        'reseeded': sum(robot['reseeded'] and robot['seeded_before'] for robot in robots),
         'reseeded_s_median': float(np.median(waits)) if waits else None,
         'reseeded_s_max': max(waits, default=None),
-        'seeds': sum(each['seeds'] for each in results),
-        'wrong_seeds': sum(each['wrong_seeds'] for each in results),
-        'right_at_the_end': sum(each['is_right_at_the_end'] for each in results),
-        'first_poses': len(squared) + sum(each['wrong_firsts'] for each in results),
-        'wrong_first_poses': sum(each['wrong_firsts'] for each in results),
-        'nees_mean': float(squared.mean()) if len(squared) else None,
-        'inside_95': float((squared <= GATE_95).mean()) if len(squared) else None,
+        'seeds': sum(robot['seeds'] for robot in robots),
+        'wrong_seeds': sum(robot['wrong_seeds'] for robot in robots),
+        'right_at_the_end': sum(robot['is_right_at_the_end'] for robot in robots),
+        'wrong_first_poses': wrong,
     }
-    finish('seeder', arguments.json, {'drives': results, 'totals': totals})
+    for name in ('exact', 'sketch'):
+        squared = np.array([each for robot in robots for each in robot['squared'][name]])
+        totals[name] = {
+            'first_poses': len(squared),
+            'nees_mean': float(squared.mean()) if len(squared) else None,
+            'inside_95': float((squared <= GATE_95).mean()) if len(squared) else None,
+        }
+    return {'drives': robots, 'totals': totals}
+
+
+def main() -> None:
+    """Print one line per robot, and the totals."""
+    parser = drives_parser(__doc__, drives=10, seed=9101)
+    parser.add_argument('--starts', type=int, default=6, help='places per recording')
+    arguments, robots = parser.parse_args(), []
+    for _, robot in each(arguments, lambda *given: drive(*given, starts=arguments.starts)):
+        print(json.dumps({k: v for k, v in robot.items() if k != 'squared'}), flush=True)
+        robots.append(robot)
+        write_report(arguments.json, report(robots))
+    finish('seeder', arguments.json, report(robots))
 
 
 if __name__ == '__main__':

@@ -109,10 +109,9 @@ SEEDED = {
     'right_at_the_end': 8,
     'seeds': 19,
     'wrong_seeds': 0,
-    'first_poses': 150,
     'wrong_first_poses': 1,
-    'nees_mean': 2.74,
-    'inside_95': 0.953,
+    'exact': {'first_poses': 150, 'nees_mean': 2.74, 'inside_95': 0.953},
+    'sketch': {'first_poses': 0, 'nees_mean': None, 'inside_95': None},
 }
 FAULTY = {'is': 'loop', 'drives': 4, 'first': 3, 'alone': 3, 'else': 'nothing (1)'}
 SHORT = {

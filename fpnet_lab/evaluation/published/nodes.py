@@ -47,11 +47,13 @@ _SEEDER = (
     Column('filter right at the end', 'right_at_the_end'),
     Column('seeds', 'seeds'),
     Column('wrong', 'wrong_seeds'),
+)  # fmt: skip
+_SEED_COVARIANCES = (
+    Column('drawing', 'name'),
     Column('first poses', 'first_poses'),
-    Column('wrong', 'wrong_first_poses'),
     Column('inside 95 %', 'inside_95', Units.SHARE.to(1)),
     Column('NEES', 'nees_mean', Units.NUMBER.to(1)),
-)  # fmt: skip
+)
 _MIB = Unit(' MiB')
 _LOAD = (
     ('scans lost', lambda phase: f'{phase["scans_lost"]:.0f} of {phase["scans_sent"]}'),
@@ -110,7 +112,13 @@ def _minutes(phase: Row) -> str:
 
 def seeder(report: Row) -> Figures:
     """Return what the seeder told robots that were carried off, and how well seeds fit."""
-    return {'': Table.of(_SEEDER, [report['totals']])}, {}
+    totals = report['totals']
+    drawings = named({name: totals[name] for name in ('exact', 'sketch')})
+    tables = {
+        '': Table.of(_SEEDER, [totals]),
+        'covariance': Table.of(_SEED_COVARIANCES, drawings),
+    }
+    return tables, {'wrong_first_poses': str(totals['wrong_first_poses'])}
 
 
 def doctor_faults(report: Row) -> Figures:
