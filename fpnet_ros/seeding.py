@@ -29,7 +29,7 @@ _SILENT_M = 3.0  # chosen: AMCL publishes after each 0.25 m
 _MAX_AGE_S = 2.0  # chosen: an older pose of ours is not published
 
 
-class Agreement(StrEnum):
+class PoseAgreement(StrEnum):
     """How the pose of the other localizer compares with ours."""
 
     UNKNOWN = 'unknown'
@@ -98,7 +98,7 @@ class SeedingState:
     """
 
     is_new: bool = True
-    agreement: Agreement = Agreement.UNKNOWN
+    agreement: PoseAgreement = PoseAgreement.UNKNOWN
     apart: tuple[float, float] = (0.0, 0.0)
     apart_since_ns: int | None = None
     seeded_ns: int | None = None
@@ -109,7 +109,7 @@ class SeedingState:
     @property
     def is_due(self) -> bool:
         """Whether the other localizer needs a seed."""
-        return self.is_new or self.agreement in (Agreement.ELSEWHERE, Agreement.UNSURE)
+        return self.is_new or self.agreement in (PoseAgreement.ELSEWHERE, PoseAgreement.UNSURE)
 
     def has_heard(self) -> SeedingState:
         """Return the state after any pose of the other localizer: from now on it is compared."""
@@ -145,7 +145,7 @@ def advise(
 ) -> tuple[SeedingState, Advice]:
     """Return the next state and what to do; a pose of ours is refused unless it is sure."""
     if seen.status is not Status.LOCALIZED:
-        state = replace(state, agreement=Agreement.UNKNOWN, apart_since_ns=None, heard_at=None)
+        state = replace(state, agreement=PoseAgreement.UNKNOWN, apart_since_ns=None, heard_at=None)
     elif seen.pair is not None:
         state = _compared(state, *seen.pair, limits)
     elif seen.ours is not None and state.heard_at is None:
@@ -191,16 +191,16 @@ def _compared(
     apart = np.array([*(there.translation - here.translation), wrap_to_pi(there.yaw - here.yaw)])
     slack = np.diag(np.square([limits.tolerance_m, limits.tolerance_m, limits.tolerance_rad]))
     squared = float(apart @ np.linalg.solve(ours.cov + other.cov + slack, apart))
-    found = Agreement.TOGETHER if squared <= _GATE else Agreement.ELSEWHERE
+    found = PoseAgreement.TOGETHER if squared <= _GATE else PoseAgreement.ELSEWHERE
     if position_sigma(other.cov) > limits.unsure_m:
-        found = Agreement.UNSURE
+        found = PoseAgreement.UNSURE
     state = replace(
         state,
         is_new=False,
         apart=(float(np.hypot(*apart[:2])), abs(float(apart[2]))),
         heard_at=_xy(ours),
     )
-    if found is Agreement.TOGETHER:
+    if found is PoseAgreement.TOGETHER:
         return replace(state, agreement=found, apart_since_ns=None, in_vain=0)
     since_ns = stamp_ns if state.apart_since_ns is None else state.apart_since_ns
     wait_s = limits.elsewhere_s * 2.0 ** min(state.in_vain, _MOST_DOUBLINGS)
@@ -223,13 +223,13 @@ def _described(state: SeedingState, seen: Situation, refusal: str) -> Advice:
     moved_m = math.dist(_xy(seen.ours), state.heard_at) if seen.ours and state.heard_at else 0.0
     if moved_m > _SILENT_M:
         return Advice(False, 'silent', _SILENT, is_trouble=True)
-    if state.agreement is Agreement.TOGETHER:
+    if state.agreement is PoseAgreement.TOGETHER:
         return Advice(False, 'together', 'the other localizer agrees')
     return Advice(False, 'waiting', 'waiting for a pose of the other localizer')
 
 
 def _need(state: SeedingState) -> str:
-    if state.agreement is Agreement.UNKNOWN:
+    if state.agreement is PoseAgreement.UNKNOWN:
         return 'the other localizer has no pose yet'
     metres, radians = state.apart
     return (

@@ -11,7 +11,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_ros.seeding import (
-    Agreement,
+    PoseAgreement,
     SeedingParameters,
     SeedingState,
     Situation,
@@ -69,9 +69,9 @@ def test_it_is_told_once_and_not_while_it_agrees():
         ({'is_heard': False}, 'nobody subscribes'),
     ],
 )
-@pytest.mark.parametrize('agreement', [Agreement.UNKNOWN, Agreement.ELSEWHERE])
+@pytest.mark.parametrize('agreement', [PoseAgreement.UNKNOWN, PoseAgreement.ELSEWHERE])
 def test_it_refuses_while_it_is_unsure(changes, reason, agreement):
-    new = agreement is Agreement.UNKNOWN
+    new = agreement is PoseAgreement.UNKNOWN
     state = SeedingState(is_new=new, agreement=agreement)
     after, advice = advise(state, seen(10.0, **changes), LIMITS)
     assert not advice.seed
@@ -84,7 +84,7 @@ def test_it_refuses_while_it_is_unsure(changes, reason, agreement):
 def test_it_is_told_again_after_it_was_elsewhere_for_a_while(place):
     state, seeds = follow(SeedingState(is_new=False), compared(*place, 3.9))
     assert seeds == []
-    assert state.agreement is Agreement.UNKNOWN
+    assert state.agreement is PoseAgreement.UNKNOWN
     assert follow(state, compared(*place, 4.1, start=4.0))[1] == [4.0]
 
 

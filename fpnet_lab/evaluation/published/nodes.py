@@ -48,7 +48,7 @@ _SEEDER = (
     Column('seeds', 'seeds'),
     Column('wrong', 'wrong_seeds'),
 )  # fmt: skip
-_SEED_COVARIANCES = (
+_SEED_COVARIANCES = (  # numerical: digits
     Column('drawing', 'name'),
     Column('first poses', 'first_poses'),
     Column('inside 95 %', 'inside_95', Units.SHARE.to(1)),
