@@ -25,6 +25,7 @@ def run(module: str) -> int:
 localizer = partial(run, 'fpnet_ros.localizer')
 odometry = partial(run, 'fpnet_ros.odometry')
 floorplan_server = partial(run, 'fpnet_ros.floorplan_server')
+seeder = partial(run, 'fpnet_ros.seeder')
 
 if __name__ == '__main__':
     sys.exit(run(f'fpnet_ros.{sys.argv.pop(1)}'))

@@ -32,7 +32,6 @@ from fpnet_ros.outputs import LocalizerOutputs, StampedOutput
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import NO_TF, TFMessage
 from fpnet_ros.services import (
-    HandOver,
     InitialPoses,
     LocalizeAction,
     offer_save_state,
@@ -108,7 +107,6 @@ class LocalizerNode(ManagedNode):
         situation, named = lambda: (self._frame, self._newest), self._storeys.frame_named
         first = parameters.first_pose
         self._hints = InitialPoses(situation, named, localizer.suggest, logger, first)
-        self._hand_over = HandOver(self) if parameters.hand_over else None
         acts = self._relocalize, localizer.reset, self._update_now
         offer_services(self, self._hints, *acts, is_amcl_there=parameters.hand_over)
         self._add_timers(config.localizer.update_period_s, parameters)
@@ -167,8 +165,6 @@ class LocalizerNode(ManagedNode):
 
     def _relocalize(self) -> None:
         self._localizer.relocalize()
-        if self._hand_over is not None:
-            self._hand_over.is_due = True
         if self.is_active:
             self._publish()
 
@@ -199,11 +195,8 @@ class LocalizerNode(ManagedNode):
     def _publish_diagnostics(self) -> None:
         stale_s = self._settings.value.stale_input_s
         self._state_file.follow_odometry()
-        if self.is_active:
-            if self._log.silences(self._health.silence_s, stale_s):
-                self._publish()  # no update runs while the clock stands still
-            if self._hand_over is not None:
-                self._hand_over.follow(self._out.accepted)
+        if self.is_active and self._log.silences(self._health.silence_s, stale_s):
+            self._publish()  # no update runs while the clock stands still
         news = self._storeys.noted(self._health.news(self._localizer.output, stale_s))
         self._out.publish_diagnostics(news, self._checkup.findings(), self._now_ns())
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What others ask of the localizer node: pose hints, services, an action, a pose for AMCL."""
+"""What others ask of the localizer node: pose hints, services and an action."""
 
 from __future__ import annotations
 
@@ -149,30 +149,6 @@ def offer_save_state(
         return response
 
     node.add_slow_service(Trigger, '~/save_state', on_save)
-
-
-class HandOver:
-    """
-    Publishes the first accepted pose on ``initialpose``, and another one on request.
-
-    Every pose on ``initialpose`` scatters AMCL's particles, so it is not repeated.
-    """
-
-    def __init__(self, node: ManagedNode) -> None:
-        self._logger = node.get_logger()
-        self._publisher = node.add_publisher(PoseWithCovarianceStamped, 'initialpose', STREAM)
-        self.is_due, self._was_heard = True, False
-        """Whether the next accepted pose is handed over."""
-
-    def follow(self, pose: Any) -> None:
-        """Publish the accepted pose if due; None: there is none. Called about every second."""
-        # Discovery is mutual: wait one more call until a new subscriber also knows this publisher.
-        was_heard, self._was_heard = self._was_heard, self._publisher.get_subscription_count() > 0
-        if pose is not None and self.is_due and was_heard and self._was_heard:
-            self.is_due = False
-            self._publisher.publish(pose)
-            at = pose.pose.pose.position
-            self._logger.info(f'handed over to AMCL: the robot is at ({at.x:.2f}, {at.y:.2f})')
 
 
 @dataclass(eq=False)

@@ -86,8 +86,8 @@ class LocalizerParameters(InputParameters):
     tf_broadcast: bool = Field(True, description='Publish TF from map_frame to odometry.')
     hand_over: bool = Field(
         False,
-        description='Initialize AMCL once on initialpose, and leave TF and the services with '
-        "AMCL's names to it.",
+        description='Leave TF, initialpose and the services with the names of AMCL to another '
+        'localizer, which the seeder initializes.',
     )
     set_initial_pose: bool = Field(False, description='Use initial_pose as a hint at the start.')
     initial_pose: InitialPose = InitialPose()
@@ -191,6 +191,44 @@ class FloorplanServerParameters(Section):
     frame_id: str = Field('floorplan', description='Frame of the published grid.')
 
 
+class SeederParameters(Section):
+    """Parameters of the seeder: the other localizer, and limits of the decisions."""
+
+    reseed: bool = Field(
+        True,
+        description='Publish the pose again when the other localizer is elsewhere or unsure; '
+        'false: only say so.',
+    )
+    elsewhere_s: float = Field(
+        3.0,
+        gt=0.0,
+        description='Time for which the other localizer must be elsewhere before it is told its '
+        'pose again; doubled with each pose that it ignores.',
+    )
+    tolerance_m: float = Field(
+        0.25,
+        gt=0.0,
+        description='Standard deviation of position between the maps of both localizers, and of '
+        'a pose without covariance [m].',
+    )
+    tolerance_rad: float = Field(
+        0.09, gt=0.0, description='Standard deviation of heading, likewise [rad].'
+    )
+    unsure_m: float = Field(
+        1.5,
+        gt=0.0,
+        description='A pose with a larger standard deviation of position is unsure: ours is not '
+        "published, the other localizer's is replaced [m].",
+    )
+    other_source: Literal['pose_with_covariance', 'pose', 'odometry', 'tf'] = Field(
+        'pose_with_covariance',
+        description='Pose of the other localizer: type of the topic amcl_pose, or TF from '
+        'map_frame to base_frame.',
+    )
+    map_frame: str = Field('map', description='Frame of both poses.')
+    base_frame: str = Field('base_link', description='Frame of the robot in TF.')
+
+
 class ReplayParameters(Section):
     """Parameters of the replay."""
 
@@ -238,6 +276,7 @@ SECTIONS: dict[str, type[Section]] = {
     'floorplan_server': FloorplanServerParameters,
     'localizer and floorplan_server': LifecycleParameters,
     'replay': ReplayParameters,
+    'seeder': SeederParameters,
 }
 """Sections of this module by the nodes that read them."""
 

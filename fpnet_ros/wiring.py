@@ -41,7 +41,9 @@ ARGUMENTS = (
     ('namespace', '', 'Namespace of all nodes and their relative topics.'),
     ('shared_tf', 'false', 'One TF tree for all robots, outside the namespace.'),
     ('use_sim_time', '', 'Follow /clock.'),
-    ('hand_over', '', 'Initialize AMCL once, and leave TF and its services to it.'),
+    ('hand_over', '', 'Initialize another localizer (seeder), and leave TF to it.'),
+    ('other_pose', '', 'Topic of the pose of that localizer; empty: amcl_pose.'),
+    ('other_source', '', 'pose_with_covariance (AMCL), pose, odometry, or tf instead.'),
     ('autostart', '', 'Configure and activate without a lifecycle manager.'),
     ('state_file', '', 'File of the saved state, restored at the start; empty: none.'),
 )
@@ -78,6 +80,8 @@ def wired(given: Mapping[str, str]) -> list[NodeSpec]:
     nodes = [_floorplan_server(arguments)] if arguments['floorplan'] else []
     if arguments['odometry'] != 'robot':
         nodes.append(_odometry(arguments))
+    if _hands_over(arguments):
+        nodes.append(_seeder(arguments))
     return [*nodes, _localizer(arguments)]
 
 
@@ -95,11 +99,17 @@ def _check(arguments: Mapping[str, str]) -> None:
         raise ConfigError('imu is used by our odometry only; choose odometry:=kiss or both')
     if choice == 'kiss' and arguments['odom_topic']:
         raise ConfigError('odom_topic is used only with odometry:=robot or odometry:=both')
+    if (arguments['other_pose'] or arguments['other_source']) and not _hands_over(arguments):
+        raise ConfigError('other_pose and other_source are used only with hand_over:=true')
     if _publishes_tf(arguments) and choice == 'both' and not arguments['odom_topic']:
         raise ConfigError(
             "odometry:=both without odom_topic takes the robot's odometry from TF, where "
             'publish_odom_tf:=true would give the base a second parent'
         )
+
+
+def _hands_over(arguments: Mapping[str, str]) -> bool:
+    return bool(arguments['hand_over']) and _boolean('hand_over', arguments['hand_over'])
 
 
 def _publishes_tf(arguments: Mapping[str, str]) -> bool:
@@ -155,6 +165,14 @@ def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
     elif not _publishes_tf(arguments):
         parameters['odom_frame'] = _robot_odom(arguments)
     return NodeSpec('localizer', parameters, remappings)
+
+
+def _seeder(arguments: Mapping[str, str]) -> NodeSpec:
+    parameters = _typed(arguments, use_sim_time=bool, base_frame=str, other_source=str)
+    remappings = _tf(arguments)
+    if arguments['other_pose']:
+        remappings['amcl_pose'] = arguments['other_pose']
+    return NodeSpec('seeder', parameters, remappings)
 
 
 def _robot_odom(arguments: Mapping[str, str]) -> str:

@@ -85,6 +85,18 @@ CARRIED = {
     'localized': 11, 'withheld': 4, 'withheld_s_median': 1.1, 'withheld_s_max': 3.0,
     'wrong_poses': 111, 'found_again': 7, 'right_poses': 1031,
 }  # fmt: skip
+SEEDED = {
+    'kidnaps': 10,
+    'reseeded': 9,
+    'reseeded_s_median': 11.2,
+    'reseeded_s_max': None,
+    'right_at_the_end': 8,
+    'seeds': 19,
+    'wrong_seeds': 0,
+    'wrong_first_poses': 1,
+    'exact': {'first_poses': 150, 'nees_mean': 2.74, 'inside_95': 0.953},
+    'sketch': {'first_poses': 0, 'nees_mean': None, 'inside_95': None},
+}
 FAULTY = {'is': 'loop', 'drives': 4, 'first': 3, 'alone': 3, 'else': 'nothing (1)'}
 SHORT = {
     'pieces': 84, 'seen_m2': 40.0, 'right': 0.5, 'claimed_right': 0.4, 'wrong': 1, 'foreign': 2,
@@ -359,6 +371,7 @@ REPORTS = {
     'clean_ends': lambda: {'when': {'running': ENDED, 'starting': ENDED | {'clean': 24}}},
     'faults': lambda: {'drives': [], 'faults': {'none': FAULT, 'gap': FAULT | NO_RECOVERY}},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
+    'seeder': lambda: {'drives': [], 'totals': SEEDED},
     'speed': lambda: {'figures': {'match call': TIMED, 'a start': TIMED | {'aim_s': None}}},
     'wirings': lambda: {'robots': [WIRED, WIRED | {'twist_error': None}]},
     **dict.fromkeys(('node_load', 'node_load_kiss'), lambda: {'phases': {'25000 points': LOAD}}),

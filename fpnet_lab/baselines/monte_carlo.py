@@ -54,11 +54,16 @@ class MonteCarloSettings:
 
 @dataclass(frozen=True, eq=False)
 class CloudMean:
-    """Mean pose of the densest cluster in ``plan``, its particle share, and acceptance."""
+    """
+    Mean pose of the densest cluster in ``plan``, its particle share, and acceptance.
+
+    ``cov (3, 3)`` of x, y [m] and yaw [rad] is that of all particles about the mean.
+    """
 
     T_plan_base: SE2
     share: float
     is_accepted: bool
+    cov: Array
 
 
 def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[np.float32]:
@@ -106,10 +111,22 @@ class MonteCarlo:
     ) -> None:
         self._plan, self._rng, self._settings = plan, rng, settings
         self._last: SE2 | None = None
+        self._is_forced = False
         count = settings.max_particles
         spots = plan.free[rng.integers(len(plan.free), size=count)]
         self._xy = spots + rng.uniform(-0.2, 0.2, size=(count, 2))
         self._yaw = rng.uniform(-np.pi, np.pi, size=count)
+
+    def start_at(self, T_plan_base: SE2, cov: Array) -> None:
+        """
+        Draw all particles from a Gaussian; the next scan weights them without motion.
+
+        Like AMCL, ignore the terms of ``cov (3, 3)`` between position and heading.
+        """
+        count = self._settings.max_particles
+        self._xy = self._rng.multivariate_normal(T_plan_base.translation, cov[:2, :2], count)
+        self._yaw = T_plan_base.yaw + self._rng.normal(0.0, np.sqrt(cov[2, 2]), count)
+        self._last, self._is_forced = None, True
 
     def add_scan(self, beams: NDArray[np.float32], T_odom_base: SE2) -> bool:
         """Move, weight and resample if the robot moved enough; return whether it did."""
@@ -117,8 +134,9 @@ class MonteCarlo:
             self._last = T_odom_base
         step = self._last.inv() @ T_odom_base
         far = np.hypot(step.x, step.y) >= self._settings.update_m
-        if not (far or abs(step.yaw) >= self._settings.update_rad):
+        if not (self._is_forced or far or abs(step.yaw) >= self._settings.update_rad):
             return False
+        self._is_forced = False
         self._last = T_odom_base
         self._move(step)
         weights = self._weights(beams)
@@ -138,7 +156,9 @@ class MonteCarlo:
         share = float(is_near.mean())
         xy, yaw = self._mean(is_near)
         T_plan_base = SE2.from_xy_yaw(xy[0], xy[1], yaw)
-        return CloudMean(T_plan_base, share, share >= settings.claim_share)
+        off = np.column_stack([self._xy - xy, wrap_to_pi(self._yaw - yaw)])
+        cov = off.T @ off / len(off)
+        return CloudMean(T_plan_base, share, share >= settings.claim_share, cov)
 
     def _mean(self, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
         """Return the mean position (2,) and heading of the chosen particles."""

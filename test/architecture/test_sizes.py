@@ -15,7 +15,7 @@ MODULES = {
     for path in (ROOT / package).rglob('*.py')
 }
 
-NODES = ('localizer', 'odometry', 'floorplan_server')
+NODES = ('localizer', 'odometry', 'floorplan_server', 'seeder')
 
 LONGEST_MODULE = 400
 LONGEST_NODE = 300

@@ -28,7 +28,7 @@ tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at s
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
 ENOUGH_POSES = 40
-EXECUTABLES = {'fpnet', 'floorplan_server', 'localizer', 'odometry', 'replay'}
+EXECUTABLES = {'fpnet', 'floorplan_server', 'localizer', 'odometry', 'replay', 'seeder'}
 
 
 def _sourced(install_space: Path, command: str) -> list[str]:

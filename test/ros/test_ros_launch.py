@@ -30,6 +30,7 @@ from fpnet_ros.settings import (
     LocalizerParameters,
     OdometryParameters,
     ReplayParameters,
+    SeederParameters,
 )
 from fpnet_ros.wiring import PROFILE_VARIABLE, said_of_transport
 
@@ -41,6 +42,7 @@ SECTIONS = {
     'floorplan_server': (FloorplanServerParameters, LifecycleParameters),
     'odometry': (OdometryParameters,),
     'replay': (ReplayParameters,),
+    'seeder': (SeederParameters,),
 }
 CLASSES = {
     'launch': ('LaunchDescription',),
@@ -160,6 +162,7 @@ EVERYTHING = {
         'floorplan_frame': 'map', 'base_frame': 'base_link', 'use_sim_time': 'true',
         'autostart': 'false', 'state_file': 'state.npz', 'odometry': 'both', 'scan_stamp': 'end',
         'odom_frame': 'odom', 'publish_odom_tf': 'false', 'namespace': 'robot_1',
+        'hand_over': 'true', 'other_source': 'pose', 'other_pose': '/lio/pose',
     },
     'demo': {'bag': 'bag', 'floorplan': 'a.yaml', 'scan': '/scan'},
 }  # fmt: skip

@@ -416,12 +416,18 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
     assert {(msg.id, msg.active) for msg in beats} == {('finder', True)}
     assert len({msg.instance_id for msg in beats}) == 1
     robot.tfs.clear()
-    assert robot.step_until(lambda: bool(told)), robot.child.log_tail()
+    seeder = robot.bench.start(
+        'seeder',
+        {'use_sim_time': True, 'map_frame': 'drawing'},
+        {'__ns': NAMESPACE, 'localizer/status': f'{NODE}/status'},
+    )
+    assert robot.step_until(lambda: bool(told)), seeder.log_tail()
     assert robot.child.log.read_text().count('received the initial pose') == 1
     robot.step_until(lambda: len(robot.twins) > 20)
     assert len(told) == 1, 'one that kept coming would scatter the particles'
-    assert robot.bench.call(Trigger, f'{NODE}/relocalize').success
-    assert robot.step_until(lambda: len(told) > 1), robot.child.log_tail()
+    assert robot.step_until(robot.is_localized)
+    assert robot.bench.call(Trigger, f'{NAMESPACE}/seeder/seed').success
+    assert robot.bench.wait_for(lambda: len(told) > 1), seeder.log_tail()
     pose = uncertain_pose_from_msg(told[1]).pose
     assert pose.frame_id == 'drawing'
     truth = robot.truth(pose.stamp_ns)

@@ -32,6 +32,17 @@ def test_a_site_needs_no_floorplan_server():
     assert found['localizer'].parameters == {'site': 'site.yaml'}
 
 
+def test_another_localizer_is_initialized_by_a_seeder():
+    found = nodes(hand_over='true', base_frame='base_link', namespace='robot_1')
+    assert found['localizer'].parameters['hand_over'] is True
+    assert found['seeder'].parameters == {'base_frame': 'base_link'}
+    assert found['seeder'].remappings['/tf'] == 'tf'
+    assert 'seeder' not in nodes(hand_over='false')
+    found = nodes(hand_over='true', other_source='odometry', other_pose='/lio/odom')
+    assert found['seeder'].parameters == {'other_source': 'odometry'}
+    assert found['seeder'].remappings == {'amcl_pose': '/lio/odom'}
+
+
 def test_an_imu_is_for_our_odometry():
     odometry = nodes(imu='/imu/data')['odometry']
     assert odometry.parameters == {'use_imu': True}

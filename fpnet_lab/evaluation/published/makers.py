@@ -13,7 +13,13 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
 from fpnet_lab.evaluation.published import code, rooms, runs, scoring, simulator
-from fpnet_lab.evaluation.published.nodes import cloud_transport, doctor_faults, node_load, wirings
+from fpnet_lab.evaluation.published.nodes import (
+    cloud_transport,
+    doctor_faults,
+    node_load,
+    seeder,
+    wirings,
+)
 from fpnet_lab.evaluation.published.sites import sites
 from fpnet_lab.evaluation.published.weights import WEIGHTS
 from fpnet_lab.provenance import Provenance
@@ -207,6 +213,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'drift': runs.drift,
     'carried_off': runs.carried_off,
     'faults': runs.faults,
+    'seeder': seeder,
     'clean_ends': runs.clean_ends,
     'walks': runs.walks,
     'doctor_faults': doctor_faults,

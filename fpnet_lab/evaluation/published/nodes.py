@@ -38,6 +38,22 @@ _FAULTS = (
     Column('alone', 'alone'),
     Column('else first', 'else'),
 )
+_SEEDER = (
+    Column('robots carried off', 'kidnaps'),
+    Column('told again', 'reseeded'),
+    Column('after, median and most', together(
+        ('reseeded_s_median', Units.SECONDS), ('reseeded_s_max', Units.SECONDS)
+    )),
+    Column('filter right at the end', 'right_at_the_end'),
+    Column('seeds', 'seeds'),
+    Column('wrong', 'wrong_seeds'),
+)  # fmt: skip
+_SEED_COVARIANCES = (  # numerical: digits
+    Column('drawing', 'name'),
+    Column('first poses', 'first_poses'),
+    Column('inside 95 %', 'inside_95', Units.SHARE.to(1)),
+    Column('NEES', 'nees_mean', Units.NUMBER.to(1)),
+)
 _MIB = Unit(' MiB')
 _LOAD = (
     ('scans lost', lambda phase: f'{phase["scans_lost"]:.0f} of {phase["scans_sent"]}'),
@@ -92,6 +108,17 @@ def node_load(report: Row) -> Figures:
 def _minutes(phase: Row) -> str:
     """Return the duration of a phase from its scans, ten per second."""
     return f'{phase["scans_sent"] / 600.0:g} min'
+
+
+def seeder(report: Row) -> Figures:
+    """Return what the seeder told robots that were carried off, and how well seeds fit."""
+    totals = report['totals']
+    drawings = named({name: totals[name] for name in ('exact', 'sketch')})
+    tables = {
+        '': Table.of(_SEEDER, [totals]),
+        'covariance': Table.of(_SEED_COVARIANCES, drawings),
+    }
+    return tables, {'wrong_first_poses': str(totals['wrong_first_poses'])}
 
 
 def doctor_faults(report: Row) -> Figures:

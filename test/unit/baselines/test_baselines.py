@@ -16,6 +16,7 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Region, RegionGraph, RegionLabel
 from fpnet_lab.baselines import MATCHERS, NearestNeighborMatcher, correlative
+from fpnet_lab.baselines.amcl import Amcl
 from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound
 from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS, installed
 from fpnet_lab.baselines.correlative import search_placement
@@ -181,6 +182,37 @@ def test_monte_carlo_converges_on_the_true_pose_and_claims_it(plan):
     assert mean.is_accepted
     assert np.linalg.norm(mean.T_plan_base.translation - poses[-1].translation) < 0.5
     assert angle_between(mean.T_plan_base.yaw, poses[-1].yaw) < np.deg2rad(5.0)
+
+
+def test_amcl_starts_at_initial_poses_only(plan):
+    """Without motion it publishes once after each; carried off, it stays where it was told."""
+    rng, amcl = np.random.default_rng(3), Amcl(plan, np.random.default_rng(2))
+    A_plan_building = A_BUILDING_PLAN.inv()
+
+    def scan(x, y, T_odom_base, second):
+        at = A_plan_building.apply(np.array([x, y]))
+        place = SE2.from_xy_yaw(*at, A_plan_building.apply_yaw(0.0))
+        beams = beams_at(plan, place, rng)
+        points = np.column_stack([beams, np.zeros(len(beams))]).astype(np.float32)
+        return place, amcl.add_scan(points, T_odom_base.as_matrix4(), second * 10**9)
+
+    odometry = [SE2.from_xy_yaw(0.5 * k, 0.0, 0.0) for k in range(12)]
+    told, none = scan(2.0, 6.0, odometry[0], 0)
+    assert none is None
+    amcl.take_initial_pose(told, np.diag([0.25, 0.25, 0.07]), 0)
+    # It comes a second late: the odometry since its stamp is added.
+    for k in range(1, 12):
+        place, mean = scan(2.0 + 0.5 * k, 6.0, odometry[k], k)
+        assert mean is not None, k
+    assert np.linalg.norm(mean.T_plan_base.translation - place.translation) < 0.4
+    assert np.sqrt(mean.cov[0, 0]) < 0.5
+    _, none = scan(7.5, 6.0, odometry[-1], 12)
+    assert none is None
+    kept = mean.T_plan_base
+    elsewhere, mean = scan(3.0, 2.5, odometry[-1] @ SE2.from_xy_yaw(0.3, 0.0, 0.0), 13)
+    assert np.linalg.norm(mean.T_plan_base.translation - kept.translation) < 1.0
+    assert np.linalg.norm(mean.T_plan_base.translation - elsewhere.translation) > 3.0
+    assert amcl.starts == 1
 
 
 def test_monte_carlo_waits_for_motion_and_repeats_itself(plan):

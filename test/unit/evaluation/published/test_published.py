@@ -103,6 +103,14 @@ def test_figures_of_robots_maps():
     ]  # fmt: skip
 
 
+def test_figures_of_seeds():
+    seeder = published('seeder', REPORTS['seeder'](), MADE)
+    assert rows(seeder['seeder'])[2] == ['10', '9', '11.2 s', '8', '19', '0']
+    exact, sketch = rows(seeder['seeder.covariance'])[2:]
+    assert exact == ['exact', '150', '95.3 %', '2.7']
+    assert sketch == ['sketch', '0', '', '']
+
+
 @pytest.mark.parametrize(('name', 'content'), [('drawings', {'half': 'tune'}), ('nothing', {})])
 def test_reports_of_something_else_are_refused(name, content):
     with pytest.raises(ConfigError, match=name):
