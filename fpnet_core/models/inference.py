@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.errors import WeightsError
 from fpnet_core.graphs.invariant import invariant_rows
 from fpnet_core.io.weights import Weights, check_shapes
 from fpnet_core.models.arrays import NUMPY
@@ -48,10 +50,13 @@ def inference_of(weights: Weights) -> Inference:
     Raises
     ------
     WeightsError
-        If the manifest's network is unknown or its tensors do not fit the network.
+        If the manifest's network is unknown, its tensors do not fit the network or it needs
+        PyTorch, which is not installed.
     """
     config = network_config(weights)
     if isinstance(config, PaperConfig):
+        if find_spec('torch') is None:
+            raise WeightsError("the paper's network needs torch: pip install 'fpnet_ros[train]'")
         from fpnet_core.models.loading import load_network
         from fpnet_core.models.tensor_inference import OnTensors
 
