@@ -51,6 +51,12 @@ def test_matches_are_those_of_the_network(checkpoint):
         assert score == pytest.approx(expected[i].max()) == pytest.approx(expected[:, j].max())
 
 
+def test_the_papers_network_names_the_extra_that_it_needs(checkpoint, monkeypatch):
+    monkeypatch.setattr('fpnet_core.models.inference.find_spec', lambda name: None)
+    with pytest.raises(WeightsError, match=r"pip install 'fpnet_ros\[train\]'"):
+        LearnedMatcher(MatcherConfig(weights=str(checkpoint)))
+
+
 def test_threshold_follows_the_explored_area(checkpoint):
     config = MatcherConfig(weights=str(checkpoint), grade_thresholds=(0.0, 0.0, 0.99))
     matcher = LearnedMatcher(config)
