@@ -5,7 +5,7 @@
 #   make test    set up, then lint, build the documentation and run the tests
 #   make test-all   that, and what needs a stage of its own: wheels, browser, notebook, tutorial
 #   make test-oldest   run the quick tests with the oldest libraries, those of Ubuntu 24.04
-#   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
+#   make setup   only make .venv and compile (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff, mypy and codespell, which knows words of our own that the field has others for
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
 #   make pictures   make the pictures of the documentation by the commands of notes/images.md
@@ -24,7 +24,7 @@ BIN := .venv/bin
 INPUTS := $(wildcard requirements*.txt) pyproject.toml setup.py tools/setup.sh tools/interfaces/build.sh $(wildcard interfaces/*/*/*)
 STAMP := .venv/.ready-$(shell (cat $(INPUTS); echo "$(ROS_DISTRO)") | sha256sum | cut -c1-16)
 
-# Compiled kernels stay in the checkout, and outlive make clean.
+# Compiled kernels stay in the environment, where its programs find them, and outlive make clean.
 export NUMBA_CACHE_DIR := $(CURDIR)/.venv/numba
 ifdef PYTHON
 export PYTHON
@@ -42,7 +42,7 @@ DEMO_ARGS ?=
 help:
 	@sed -n 's/^#   //p' Makefile
 
-setup: $(STAMP)
+setup: $(STAMP) kernels
 
 $(STAMP):
 	@tools/setup.sh
@@ -73,12 +73,10 @@ wheels: $(STAMP)
 release: $(STAMP)
 	$(BIN)/python tools/release.py $(VERSION)
 
-# Compiled once, beside what needs one processor only, and not by each worker of the tests.
+# Compiled once: after set-up, so that the first command does not wait; before the tests, beside
+# what needs one processor only, and not by each of their workers.
 kernels: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -c 'from fpnet_core.config import FpnetConfig; \
-	  from fpnet_core.localizer import create_localizer; \
-	  from fpnet_core.localizer.warm_up import warm_up; \
-	  warm_up(create_localizer(FpnetConfig()))'
+	OMP_NUM_THREADS=1 $(BIN)/python -m fpnet_core.localizer.warm_up
 
 # The quick tests alone must reach the floor of coverage that pyproject.toml sets.
 test: $(STAMP)

@@ -3,9 +3,10 @@
 """
 Folder of the compiled kernels, also for read-only installations.
 
-Numba stores kernels beside the sources or in the user's cache folder and raises if it can write
-to neither. Then they go to a folder of this user below the temporary folder. Only a folder that
-no other user can write to is used, because its contents are executed.
+An environment that ``make setup`` made has a folder of its own, where set-up has compiled them.
+Elsewhere Numba stores kernels beside the sources or in the user's cache folder and raises if it
+can write to neither. Then they go to a folder of this user below the temporary folder. Only a
+folder that no other user can write to is used, because its contents are executed.
 """
 
 from __future__ import annotations
@@ -35,10 +36,25 @@ def choose(sources: Path, environment: dict[str, str]) -> Path | None:
     """Return the folder to use for kernels; None if Numba finds one by itself."""
     if environment.get(_VARIABLE):
         return None
-    home = environment.get('XDG_CACHE_HOME') or f'{environment.get("HOME", "/")}/.cache'
-    if is_writable(sources / '__pycache__') or is_writable(Path(home) / 'numba'):
+    at_setup = Path(sys.prefix) / 'numba'
+    if at_setup.is_dir() and is_writable(at_setup):
+        return at_setup
+    if is_writable(sources / '__pycache__') or is_writable(_of_user(environment)):
         return None
     return _private(Path(tempfile.gettempdir()) / f'fpnet_kernels_{os.getuid()}')
+
+
+def _of_user(environment: dict[str, str]) -> Path:
+    """Return Numba's folder in the user's cache folder."""
+    home = environment.get('XDG_CACHE_HOME') or f'{environment.get("HOME", "/")}/.cache'
+    return Path(home) / 'numba'
+
+
+def is_filled() -> bool:
+    """Return whether any kernel was compiled before, maybe of an older version."""
+    chosen = os.environ.get(_VARIABLE)
+    folders = [Path(chosen)] if chosen else [Path(__file__).parent, _of_user(dict(os.environ))]
+    return any(True for folder in folders for _ in folder.glob('**/*.nbi'))
 
 
 def _private(folder: Path) -> Path:
@@ -64,6 +80,8 @@ def _prepare() -> str:
         from numba.core import config
 
         config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+    if folder.is_relative_to(sys.prefix):
+        return ''
     return (
         f'neither the installation nor a cache folder of this user is writable: compiled '
         f'kernels are in {folder}; set {_VARIABLE} to keep them'

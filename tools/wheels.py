@@ -29,6 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 VERSIONS = ('3.11', '3.12', '3.13')
 PYENV = Path.home() / '.pyenv' / 'versions'
 NONE = 'none'
+WITH_TORCH = ('train', 'lab')
 
 PLAN = """
 from PIL import Image, ImageDraw
@@ -93,6 +94,7 @@ USES = {
     'ifc': ['python -c "import ifcopenshell"'],
     'cluster': ['python -c "import distributed"'],
     'peers': ['python -c "import map_closures.map_closures"'],
+    'train': ['python -c "import lightning_fabric, onnx, torch"'],
     'ros': ['python -c "import fpnet_ros.localizer"'],
     'lab': ['fpnet simulate stats --help', 'python -c "import fpnet_lab.evaluation.demo"'],
 }
@@ -110,9 +112,8 @@ def main() -> None:
     work = arguments.work or Path(tempfile.mkdtemp(prefix='wheels-'))
     work.mkdir(parents=True, exist_ok=True)
     wheel = built(work)
-    limits = [] if arguments.with_cuda else ['-c', ROOT / 'constraints-cpu.txt']
     found = [
-        tried(wheel, python, extra, work, limits)
+        tried(wheel, python, extra, work, arguments.with_cuda)
         for python in arguments.python or at_hand()
         for extra in arguments.extra or USES
     ]
@@ -156,13 +157,13 @@ def built(work: Path) -> Path:
 
 
 def tried(
-    wheel: Path, python: Path, extra: str, work: Path, limits: list[object]
+    wheel: Path, python: Path, extra: str, work: Path, with_cuda: bool
 ) -> dict[str, object] | None:
     """Return size and installation time of an extra; None if installation or use fails."""
     version = run(python, '-c', 'import sys; print("%d.%d" % sys.version_info[:2])').strip()
     started = time.monotonic()
     try:
-        home = environment(wheel, python, extra, work / version, limits)
+        home = environment(wheel, python, extra, work / version, with_cuda)
         for use in USES[extra]:
             run('bash', '-c', use, cwd=home, path=home / 'bin')
     except subprocess.CalledProcessError as error:
@@ -173,7 +174,7 @@ def tried(
     return {'python': version, 'extra': extra, 'megabytes': size, 'seconds': seconds}
 
 
-def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: list[object]) -> Path:
+def environment(wheel: Path, python: Path, extra: str, folder: Path, with_cuda: bool) -> Path:
     """Return a new environment with the wheel and one extra."""
     home = folder / extra
     shutil.rmtree(home, ignore_errors=True)
@@ -181,13 +182,15 @@ def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: lis
         run(python, '-m', 'venv', home)
     else:
         if not (folder / NONE).is_dir():
-            environment(wheel, python, NONE, folder, limits)
+            environment(wheel, python, NONE, folder, with_cuda)
         run('cp', '-al', folder / NONE, home)
         run(python, '-m', 'venv', '--upgrade', home)
     pip = (home / 'bin' / 'python', '-m', 'pip', 'install', '-q', '--no-input')
     pip += ('--disable-pip-version-check',)
     # Also in a copy: its scripts refer to the environment that they were copied from.
     run(*pip, '--force-reinstall', '--no-deps', wheel)
+    is_limited = extra in WITH_TORCH and not with_cuda
+    limits = ('-c', ROOT / 'constraints-cpu.txt') if is_limited else ()
     run(*pip, *limits, wheel if extra == NONE else f'{wheel}[{extra}]')
     run(home / 'bin' / 'python', '-c', PLAN, cwd=home)
     shutil.rmtree(home / 'drive', ignore_errors=True)

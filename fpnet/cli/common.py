@@ -162,8 +162,12 @@ class DrawingOptions:
     def read(self, path: Path, tree: FpnetConfig) -> Reading:
         """Parse the drawing; flip it if ``--mirrored`` was given."""
         from fpnet_core.drawings.read import read_plan
+        from fpnet_core.kernel_cache import is_filled
 
-        reading = read_plan(check_input(path), self.as_read_options(), tree)
+        check_input(path)
+        if not is_filled():
+            typer.echo('compiling for this processor: once, less than a minute', err=True)
+        reading = read_plan(path, self.as_read_options(), tree)
         return reading.flipped() if self.mirrored else reading
 
     def as_read_options(self) -> ReadOptions:

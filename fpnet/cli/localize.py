@@ -14,7 +14,7 @@ import typer
 from fpnet.cli import common
 from fpnet.cli.exits import NO_ANSWER
 from fpnet.cli.plans import read_plans, write_differences
-from fpnet.cli.progress import progress
+from fpnet.cli.progress import Advance, progress
 from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
@@ -259,8 +259,7 @@ def _ended(
     with progress('localizing', total=len(source)) as advance:
         run = Run(plans, source, tree, lambda: advance(1.0), odometry)
         if port is None:
-            for _ in run:
-                pass
+            _show_status(run, advance)
         else:
             from fpnet.cli.view import follow
             from fpnet.report.live import LiveRun
@@ -268,6 +267,18 @@ def _ended(
             with LiveRun(title, run.rooms, port) as live:
                 follow(run, live)
     return run
+
+
+def _show_status(run: Run, advance: Advance) -> None:
+    """Run to the end and show the status at each update with its time in the recording."""
+    from fpnet_core.stamps import NS_PER_S
+
+    first_ns = None
+    for update in run:
+        first_ns = update.stamp_ns if first_ns is None else first_ns
+        short = f'{update.status.value} (p {update.probability:.2f})'
+        seconds = (update.stamp_ns - first_ns) / NS_PER_S
+        advance.status(short, f'{seconds:.0f} s: {update.said}')
 
 
 def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:

@@ -70,7 +70,13 @@ def count_votes(
         chosen = -1
         for hit in range(first, ends[number]):
             for half in range(2):
-                cell = _cell(yaws[hit], places[hit, 0], places[hit, 1], half)
+                # Bins of the second table are offset by half a step.
+                shift = np.float32(0.5 * half)
+                turn = (yaws[hit] * _TURNS + half * (_TURN // 2)) // _TURN % _TURNS
+                col = np.int64(np.floor(places[hit, 0] / np.float32(_STEP_M) + shift)) + _OFFSET
+                row = np.int64(np.floor(places[hit, 1] / np.float32(_STEP_M) + shift)) + _OFFSET
+                place = (turn * (2 * _OFFSET) + col) * (2 * _OFFSET) + row
+                cell = np.int64((np.uint64(place) * HASH_FACTOR) >> _HASH_SHIFT)
                 cells[hit, half] = cell
                 table[half, cell] += votes[hit]
                 if table[half, cell] > most[number]:
@@ -122,17 +128,6 @@ def _by_plan(
             places[hit, 0] = middle[e, 0] * np.float32(LENGTH_UNIT_M) - (cos * x - sin * y)
             places[hit, 1] = middle[e, 1] * np.float32(LENGTH_UNIT_M) - (sin * x + cos * y)
     return ends, yaws, places, votes
-
-
-@numba.njit(cache=True, nogil=True, inline='always')
-def _cell(yaw: int, x: float, y: float, half: int) -> np.int64:
-    """Return the cell of a placement in a table, ``half`` 1 for bins offset by half a step."""
-    shift = np.float32(0.5 * half)
-    turn = (yaw * _TURNS + half * (_TURN // 2)) // _TURN % _TURNS
-    col = np.int64(np.floor(x / np.float32(_STEP_M) + shift)) + _OFFSET
-    row = np.int64(np.floor(y / np.float32(_STEP_M) + shift)) + _OFFSET
-    place = (turn * (2 * _OFFSET) + col) * (2 * _OFFSET) + row
-    return np.int64((np.uint64(place) * HASH_FACTOR) >> _HASH_SHIFT)
 
 
 @numba.njit(cache=True, nogil=True)

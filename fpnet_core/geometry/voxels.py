@@ -24,17 +24,19 @@ def voxel_means(points: NDArray[np.float64], size_m: float) -> NDArray[np.float6
     number = np.floor(points / size_m).astype(np.int64) + (1 << (_BITS - 1))
     key = number[:, 0] << 2 * _BITS | number[:, 1] << _BITS | number[:, 2]
     # A hash table with at least twice as many slots as points keeps collisions rare.
-    total, count = _sums(points, key, max(1, int(2 * len(points) - 1).bit_length()))
-    return np.asarray(total / count[:, None])
+    bits = max(1, int(2 * len(points) - 1).bit_length())
+    place_of, key_of = np.full(1 << bits, -1, np.int64), np.empty(len(key), np.int64)
+    total, count = np.zeros((len(key), 3)), np.zeros(len(key))
+    found = _add_points(points, key, np.uint64(64 - bits), place_of, key_of, total, count)
+    return np.asarray(total[:found] / count[:found, None])
 
 
 @numba.njit(cache=True, nogil=True)
-def _sums(points, key, bits):  # type: ignore[no-untyped-def]
-    """Return the sums (V, 3) and the counts (V,) of the points in each voxel."""
-    place_of = np.full(1 << bits, -1, dtype=np.int64)
-    key_of = np.empty(len(key), dtype=np.int64)
-    total, count = np.zeros((len(key), 3)), np.zeros(len(key))
-    shift, last, found = np.uint64(64 - bits), (1 << bits) - 1, 0
+def _add_points(  # type: ignore[no-untyped-def]
+    points, key, shift, place_of, key_of, total, count
+):
+    """Write the sums (P, 3) and the counts (P,) of the points in each voxel; count the voxels."""
+    last, found = len(place_of) - 1, 0
     for i in range(len(key)):
         place = np.int64((np.uint64(key[i]) * HASH_FACTOR) >> shift)
         while place_of[place] >= 0 and key_of[place_of[place]] != key[i]:
@@ -46,4 +48,4 @@ def _sums(points, key, bits):  # type: ignore[no-untyped-def]
         for axis in range(3):  # adding slices takes twice as long
             total[voxel, axis] += points[i, axis]
         count[voxel] += 1.0
-    return total[:found], count[:found]
+    return found

@@ -27,9 +27,10 @@ def warm_up(localizer: Localizer) -> None:
     """
     Run every compiled stage once on a toy floorplan; discard the localizer afterwards.
 
-    The compiler's cache is keyed by the path of the package, so the first run after an
-    installation takes a minute or two, later ones a fraction of a second. A robot that
-    starts to move during that time would lose scans.
+    The first run after an installation fills the compiler's cache, later ones take a fraction of a
+    second. A robot that starts to move during that time would lose scans. The cache is valid for
+    one path of the package, one processor type and one version of Python and Numba only.
+    ``python -m fpnet_core.localizer.warm_up`` fills it without a robot.
     """
     localizer.set_plan(_toy_plan())
     left = _toy_scan()
@@ -78,3 +79,10 @@ def _toy_scan() -> NDArray[np.float32]:
     # Through the door the sensor sees the other room's lower wall.
     points[is_doorway, :2] *= depth / 2 / np.abs(points[is_doorway, 1:2])
     return points
+
+
+if __name__ == '__main__':
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.localizer import create_localizer
+
+    warm_up(create_localizer(FpnetConfig()))

@@ -91,16 +91,15 @@ def _refitted(
     ``partner (C, N)`` are correspondences and ``weight (C, N)`` their weights; each rectangle's
     four corners are taken in the order that brings them nearest.
     """
-    result = similarity.copy()
+    result, placed = similarity.copy(), np.empty((4, 2))
     for c in range(len(similarity)):
-        a, b, x0, y0 = similarity[c]
+        a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
         # Normal equations: sums of weights, of both sides' points and of their products.
         w = ux = uy = vx = vy = uu = along = across = 0.0
         for j in range(partner.shape[1]):
             if weight[c, j] <= 0.0:
                 continue
             target = plan_corners[partner[c, j]]
-            placed = np.empty((4, 2))
             for k in range(4):
                 px, py = sub_corners[j, k, 0], sub_corners[j, k, 1]
                 placed[k, 0], placed[k, 1] = a * px - b * py + x0, b * px + a * py + y0
@@ -157,7 +156,7 @@ def _outlines_apart(
     """Fill ``apart (C, N)`` with the distance of each region's outline to its partner's."""
     placed, gap = np.empty((4, 2)), np.empty((4, 2))
     for c in range(len(similarity)):
-        a, b, x0, y0 = similarity[c]
+        a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
         for j in range(partner.shape[1]):
             i = partner[c, j]
             if i < 0:
@@ -174,29 +173,17 @@ def _outlines_apart(
             for k in range(4):
                 if is_door[j]:
                     off = gap[k, 0] ** 2 + gap[k, 1] ** 2
-                elif by_sides[j]:
-                    off = _side_gap(placed, gap, k) ** 2
-                else:
-                    off = _outside(placed[k, 0], placed[k, 1], plan_box[i])
+                elif by_sides[j]:  # perpendicular offset of the side to the next corner
+                    m = (k + 1) % 4
+                    x, y = placed[m, 0] - placed[k, 0], placed[m, 1] - placed[k, 1]
+                    length = np.sqrt(x**2 + y**2) + 1e-9
+                    mid_x, mid_y = 0.5 * (gap[k, 0] + gap[m, 0]), 0.5 * (gap[k, 1] + gap[m, 1])
+                    off = ((x * mid_y - y * mid_x) / length) ** 2
+                else:  # distance outside the rectangle
+                    cos, sin = np.cos(plan_box[i, 4]), np.sin(plan_box[i, 4])
+                    dx, dy = placed[k, 0] - plan_box[i, 0], placed[k, 1] - plan_box[i, 1]
+                    u = max(0.0, abs(cos * dx + sin * dy) - plan_box[i, 2])
+                    v = max(0.0, abs(cos * dy - sin * dx) - plan_box[i, 3])
+                    off = u * u + v * v
                 total += np.log1p(off / _SPREAD_UNITS**2)
             apart[c, j] = 0.25 * total
-
-
-@numba.njit(cache=True, nogil=True)
-def _side_gap(placed: Array, gap: Array, k: int) -> float:
-    """Return the perpendicular offset of the side from corner ``k`` to the next."""
-    m = (k + 1) % 4
-    along_x, along_y = placed[m, 0] - placed[k, 0], placed[m, 1] - placed[k, 1]
-    length = np.sqrt(along_x**2 + along_y**2) + 1e-9
-    x, y = 0.5 * (gap[k, 0] + gap[m, 0]), 0.5 * (gap[k, 1] + gap[m, 1])
-    return float((along_x * y - along_y * x) / length)
-
-
-@numba.njit(cache=True, nogil=True)
-def _outside(x: float, y: float, box: Array) -> float:
-    """Return the squared distance of a point from a rectangle ``(5,)``; 0 inside."""
-    cos, sin = np.cos(box[4]), np.sin(box[4])
-    dx, dy = x - box[0], y - box[1]
-    u = max(0.0, abs(cos * dx + sin * dy) - box[2])
-    v = max(0.0, abs(cos * dy - sin * dx) - box[3])
-    return float(u * u + v * v)

@@ -76,57 +76,27 @@ def propose_similarities(
             sub_x, sub_y = sub_point[m, 0] - sub_point[j, 0], sub_point[m, 1] - sub_point[j, 1]
             sub_log = 0.5 * np.log(sub_x * sub_x + sub_y * sub_y + 1e-12)
             sub_yaw = np.arctan2(sub_y, sub_x)
-            for i in best[j]:
-                for k in best[m]:
-                    if i < 0 or k < 0 or i == k:
-                        continue
-                    x = plan_point[k, 0] - plan_point[i, 0]
-                    y = plan_point[k, 1] - plan_point[i, 1]
-                    scale = 0.5 * np.log(x * x + y * y + 1e-12) - sub_log
-                    if abs(scale) > log_window:
-                        continue
-                    yaw = np.arctan2(y, x) - sub_yaw
-                    turn = abs(np.sin(plan_angle[i] - sub_angle[j] - yaw)) if sub_door[j] else 0.0
-                    other = abs(np.sin(plan_angle[k] - sub_angle[m] - yaw)) if sub_door[m] else 0.0
-                    if turn >= DOOR_TURN_SIN or other >= DOOR_TURN_SIN:
-                        continue
-                    a, b = np.exp(scale) * np.cos(yaw), np.exp(scale) * np.sin(yaw)
-                    found[count, 0], found[count, 1] = a, b
-                    found[count, 2] = plan_point[i, 0] - a * sub_point[j, 0] + b * sub_point[j, 1]
-                    found[count, 3] = plan_point[i, 1] - b * sub_point[j, 0] - a * sub_point[j, 1]
-                    found[count, 4] = log_p[i, j] + log_p[k, m]
-                    count += 1
+            for pair in range(best.shape[1] ** 2):
+                i, k = best[j, pair // best.shape[1]], best[m, pair % best.shape[1]]
+                if i < 0 or k < 0 or i == k:
+                    continue
+                x = plan_point[k, 0] - plan_point[i, 0]
+                y = plan_point[k, 1] - plan_point[i, 1]
+                scale = 0.5 * np.log(x * x + y * y + 1e-12) - sub_log
+                if abs(scale) > log_window:
+                    continue
+                yaw = np.arctan2(y, x) - sub_yaw
+                turn = abs(np.sin(plan_angle[i] - sub_angle[j] - yaw)) if sub_door[j] else 0.0
+                other = abs(np.sin(plan_angle[k] - sub_angle[m] - yaw)) if sub_door[m] else 0.0
+                if turn >= DOOR_TURN_SIN or other >= DOOR_TURN_SIN:
+                    continue
+                a, b = np.exp(scale) * np.cos(yaw), np.exp(scale) * np.sin(yaw)
+                found[count, 0], found[count, 1] = a, b
+                found[count, 2] = plan_point[i, 0] - a * sub_point[j, 0] + b * sub_point[j, 1]
+                found[count, 3] = plan_point[i, 1] - b * sub_point[j, 0] - a * sub_point[j, 1]
+                found[count, 4] = log_p[i, j] + log_p[k, m]
+                count += 1
     return found[:count]
-
-
-@numba.njit(cache=True, nogil=True)
-def _door_fit(dx: float, dy: float, turn: float) -> float:
-    """Return the fit of a door to a plan door offset by ``(dx, dy)`` and ``turn``, 0 to 1."""
-    near = 1.0 - (dx * dx + dy * dy) / DOOR_RADIUS**2
-    if near <= 0.0:
-        return 0.0
-    return float(near * np.cos(turn) ** 2)
-
-
-@numba.njit(cache=True, nogil=True)
-def _room_fit(
-    along: float, across: float, half_long: float, half_short: float, long: float, short: float
-) -> float:
-    """
-    Return how well a room fits a plan room, 0 to 1.
-
-    Its centre, ``along`` and ``across`` the plan room's axis from that room's centre, must lie
-    within the plan room's rectangle (half sides ``long`` and ``short``), even if little of it was
-    seen. Its half sides must not be larger; the fit increases as they approach the plan room's.
-    """
-    u, v = max(0.0, abs(along) - long), max(0.0, abs(across) - short)
-    near = 1.0 - (u * u + v * v) / ROOM_MARGIN**2
-    if near <= 0.0:
-        return 0.0
-    wider, deeper = half_long / long + 1e-9, half_short / short + 1e-9
-    larger = min(1.0, _SIZE_SLACK / wider) * min(1.0, _SIZE_SLACK / deeper)
-    smaller = min(1.0, _SIZE_SLACK * wider) * min(1.0, _SIZE_SLACK * deeper)
-    return float(near * larger * (0.5 + 0.5 * smaller))
 
 
 def fit_regions(
@@ -149,17 +119,23 @@ def fit_regions(
     """
     tiles = _within_reach(plan_point, plan_box, plan_door)
     plan, sub = (plan_point, plan_box), (sub_point, sub_box, sub_door)
-    read = each_unwritable(similarity, weight, *plan, *sub)
+    axis = np.stack([np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])], axis=1)
+    read = each_unwritable(similarity, weight, axis, *plan, *sub)
     _fit_regions(*[*read, *tiles, partner, fit])
 
 
 @numba.njit(cache=True, nogil=True)
 def _fit_regions(  # type: ignore[no-untyped-def]
-    similarity, weight, plan_point, plan_box, sub_point, sub_box, sub_door, low, across, starts,
-    near, partner, fit,
+    similarity, weight, axis, plan_point, plan_box, sub_point, sub_box, sub_door, low, across,
+    starts, near, partner, fit,
 ):  # fmt: skip
-    """Carry out :func:`fit_regions`, given the plan's tiles from :func:`_within_reach`."""
-    cos, sin = np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])
+    """
+    Carry out :func:`fit_regions`, given the plan's tiles from :func:`_within_reach`.
+
+    A door fits by its distance and direction. A room fits if its centre lies within the plan
+    room's rectangle, even if little of it was seen; its half sides must not be larger, and the fit
+    increases as they approach the plan room's.
+    """
     down = len(starts) // (2 * across)
     for c in range(similarity.shape[0]):
         a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
@@ -167,11 +143,9 @@ def _fit_regions(  # type: ignore[no-untyped-def]
         for j in range(sub_point.shape[0]):
             x = a * sub_point[j, 0] - b * sub_point[j, 1] + x0
             y = b * sub_point[j, 0] + a * sub_point[j, 1] + y0
-            half_long, half_short = scale * sub_box[j, 2], scale * sub_box[j, 3]
-            best, best_fit, best_index = 0.0, 0.0, -1
+            partner[c, j], fit[c, j], best = -1, 0.0, 0.0
             u, v = np.floor((x - low[0]) / _TILE), np.floor((y - low[1]) / _TILE)
             if not (0 <= u < across and 0 <= v < down):
-                partner[c, j], fit[c, j] = -1, 0.0
                 continue
             tile = 2 * (int(v) * across + int(u)) + sub_door[j]
             # Scalars only from here on: a slice in the innermost loop costs more than the
@@ -180,20 +154,28 @@ def _fit_regions(  # type: ignore[no-untyped-def]
                 i = near[place]
                 if sub_door[j]:
                     dx, dy = x - plan_point[i, 0], y - plan_point[i, 1]
-                    value = _door_fit(dx, dy, plan_box[i, 4] - sub_box[j, 4] - yaw)
+                    value = 1.0 - (dx * dx + dy * dy) / DOOR_RADIUS**2
+                    if value > 0.0:
+                        value *= np.cos(plan_box[i, 4] - sub_box[j, 4] - yaw) ** 2
                 else:
-                    dx, dy = x - plan_box[i, 0], y - plan_box[i, 1]
-                    value = _room_fit(
-                        cos[i] * dx + sin[i] * dy,
-                        cos[i] * dy - sin[i] * dx,
-                        half_long,
-                        half_short,
-                        plan_box[i, 2],
-                        plan_box[i, 3],
+                    dx, dy, cos, sin = (
+                        x - plan_box[i, 0],
+                        y - plan_box[i, 1],
+                        axis[i, 0],
+                        axis[i, 1],
                     )
-                if value * weight[i, j] > best:
-                    best, best_fit, best_index = value * weight[i, j], value, int(i)
-            partner[c, j], fit[c, j] = best_index, best_fit
+                    long, short = plan_box[i, 2], plan_box[i, 3]
+                    u = max(0.0, abs(cos * dx + sin * dy) - long)
+                    v = max(0.0, abs(cos * dy - sin * dx) - short)
+                    value = 1.0 - (u * u + v * v) / ROOM_MARGIN**2
+                    if value > 0.0:
+                        wider = scale * sub_box[j, 2] / long + 1e-9
+                        deeper = scale * sub_box[j, 3] / short + 1e-9
+                        larger = min(1.0, _SIZE_SLACK / wider) * min(1.0, _SIZE_SLACK / deeper)
+                        smaller = min(1.0, _SIZE_SLACK * wider) * min(1.0, _SIZE_SLACK * deeper)
+                        value *= larger * (0.5 + 0.5 * smaller)
+                if value > 0.0 and value * weight[i, j] > best:
+                    best, fit[c, j], partner[c, j] = value * weight[i, j], value, i
 
 
 def _within_reach(

@@ -18,6 +18,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.frozen import each_unwritable
 from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 Array = NDArray[np.float64]
@@ -71,12 +72,8 @@ class Surfaces:
     def thinned(self) -> Surfaces:
         """Return a subset of the points, for comparing many placements."""
         wall, floor = (1 + len(points) // _FEW_POINTS for points in (self.wall, self.floor))
-        # Copied, so that numba compiles one array type.
         return Surfaces(
-            self.wall[::wall].copy(),
-            self.length[::wall].copy(),
-            self.floor[::floor].copy(),
-            self.room[::floor].copy(),
+            self.wall[::wall], self.length[::wall], self.floor[::floor], self.room[::floor].copy()
         )
 
 
@@ -139,21 +136,40 @@ def explained(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
     distance of floors outside the plan's floors, and the share of floor points outside the plan
     room that holds most of their room.
     """
-    found = np.zeros((len(similarity), len(EXPLAINED)))
-    similarity = np.ascontiguousarray(similarity)
-    raster = plan.depth, plan.low, plan.cell
-    _walls(similarity, *raster, sub.wall, sub.length, found)
-    _floors(similarity, *raster, plan.room, sub.floor, sub.room, found)
-    return found
+    label = np.empty((len(similarity), len(sub.floor)), np.int64)
+    depth = _depths(similarity, plan, sub.floor, label)
+    outside = np.minimum(np.maximum(0.0, -depth), _OUTSIDE).sum(axis=1) / _OUTSIDE
+    pure, count = np.zeros(len(similarity), np.int64), np.zeros(int(plan.room.max()) + 1, np.int64)
+    _count_pure(label, sub.room, count, pure)
+    points = max(len(sub.floor), 1)
+    walls = _walls(similarity, plan, sub)
+    return np.column_stack([*walls, outside / points, 1.0 - pure / points])
 
 
 def walls_apart(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
     """Return the first column of :func:`explained`, ``(C,)``."""
-    found = np.zeros((len(similarity), 3))
-    raster = plan.depth, plan.low, plan.cell
-    _walls(np.ascontiguousarray(similarity), *raster, sub.wall, sub.length, found)
-    apart: Array = found[:, 0]
-    return apart
+    return _walls(similarity, plan, sub)[0]
+
+
+def _walls(similarity: Array, plan: Painted, sub: Surfaces) -> tuple[Array, Array, Array]:
+    """Return the first three columns of :func:`explained`, ``(C,)`` each."""
+    gap = _depths(similarity, plan, sub.wall, np.empty((0, 0), np.int64))
+    total = max(float(sub.length.sum()), 1e-9)
+    apart = np.log1p((gap / _SPREAD) ** 2) @ sub.length
+    met = (np.abs(gap) < _SPREAD) @ sub.length
+    return apart / total, apart * np.hypot(*similarity.T[:2]), met / total
+
+
+def _depths(similarity: Array, plan: Painted, points: Array, label: NDArray[np.int64]) -> Array:
+    """
+    Return the plan's depth at placed ``points (P, 2)``, interpolated, ``(C, P)``.
+
+    Writes their rooms, 0 for none, to ``label (C, P)`` unless that is empty.
+    """
+    depth = np.empty((len(similarity), len(points)))
+    read = each_unwritable(similarity, points, plan.low, plan.depth, plan.room)
+    _look_up(*[*read, plan.cell, depth, label])
+    return depth
 
 
 def _frame(rings: Sequence[Array], margin: float, cell: float) -> tuple[Array, tuple[int, int]]:
@@ -194,75 +210,48 @@ def _away_from(point: Array, middle: Array, reach: Array) -> NDArray[np.bool_]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _depth_at(depth: NDArray[np.float32], u: float, v: float) -> float:
-    """Interpolate the depth bilinearly; ``u, v`` in cells from the raster's corner."""
-    u, v = u - 0.5, v - 0.5
-    if u < 0.0 or v < 0.0 or u >= depth.shape[1] - 1 or v >= depth.shape[0] - 1:
-        return -_FAR
-    i, k = int(u), int(v)
-    u, v = u - i, v - k
-    lower = depth[k, i] * (1.0 - u) + depth[k, i + 1] * u
-    upper = depth[k + 1, i] * (1.0 - u) + depth[k + 1, i + 1] * u
-    return float(lower * (1.0 - v) + upper * v)
+def _look_up(  # type: ignore[no-untyped-def]
+    similarity, points, low, depth, room, cell, depths, labels
+):
+    """Write what :func:`_depths` returns."""
+    rows, cols = depth.shape
+    for c in range(len(similarity)):
+        a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
+        for k in range(len(points)):
+            u = (a * points[k, 0] - b * points[k, 1] + x0 - low[0]) / cell
+            v = (b * points[k, 0] + a * points[k, 1] + y0 - low[1]) / cell
+            if len(labels):
+                is_on = 0.0 <= u < cols and 0.0 <= v < rows
+                labels[c, k] = room[int(v), int(u)] if is_on else 0
+            u, v = u - 0.5, v - 0.5
+            if u < 0.0 or v < 0.0 or u >= cols - 1 or v >= rows - 1:
+                depths[c, k] = -_FAR
+                continue
+            i, j = int(u), int(v)
+            u, v = u - i, v - j
+            lower = depth[j, i] * (1.0 - u) + depth[j, i + 1] * u
+            upper = depth[j + 1, i] * (1.0 - u) + depth[j + 1, i + 1] * u
+            depths[c, k] = lower * (1.0 - v) + upper * v
 
 
 @numba.njit(cache=True, nogil=True)
-def _walls(
-    similarity: Array,
-    depth: NDArray[np.float32],
-    low: Array,
-    cell: float,
-    wall: Array,
-    length: Array,
-    found: Array,
-) -> None:
-    """Fill the first three columns of ``found``, which has a row for each similarity."""
-    for c in range(len(similarity)):
-        a, b, x0, y0 = similarity[c]
-        apart = met = total = 0.0
-        for k in range(len(wall)):
-            x = a * wall[k, 0] - b * wall[k, 1] + x0
-            y = b * wall[k, 0] + a * wall[k, 1] + y0
-            gap = _depth_at(depth, (x - low[0]) / cell, (y - low[1]) / cell)
-            apart += length[k] * np.log1p((gap / _SPREAD) ** 2)
-            met += length[k] * (abs(gap) < _SPREAD)
-            total += length[k]
-        found[c, 0], found[c, 2] = apart / max(total, 1e-9), met / max(total, 1e-9)
-        found[c, 1] = apart * np.sqrt(a * a + b * b)
+def _count_pure(label, index, count, pure):  # type: ignore[no-untyped-def]
+    """
+    Write how many floor points lie in the plan room that holds most of their room, ``(C,)``.
 
-
-@numba.njit(cache=True, nogil=True)
-def _floors(
-    similarity: Array,
-    depth: NDArray[np.float32],
-    low: Array,
-    cell: float,
-    room: NDArray[np.int32],
-    floor: Array,
-    index: NDArray[np.int64],
-    found: Array,
-) -> None:
-    """Fill the last two columns of ``found (C, 5)``."""
-    count = np.zeros(room.max() + 1, dtype=np.int64)
-    label = np.empty(len(floor), dtype=np.int64)
-    for c in range(len(similarity)):
-        a, b, x0, y0 = similarity[c]
-        outside, pure, first = 0.0, 0, 0
-        for k in range(len(floor)):
-            u = (a * floor[k, 0] - b * floor[k, 1] + x0 - low[0]) / cell
-            v = (b * floor[k, 0] + a * floor[k, 1] + y0 - low[1]) / cell
-            outside += min(max(0.0, -_depth_at(depth, u, v)), _OUTSIDE) / _OUTSIDE
-            is_on = 0.0 <= u < room.shape[1] and 0.0 <= v < room.shape[0]
-            label[k] = room[int(v), int(u)] if is_on else 0
-            count[label[k]] += 1
-            if k + 1 < len(floor) and index[k + 1] == index[k]:
+    ``index (Q,)`` are their rooms in ascending order, ``label (C, Q)`` those of the plan or 0, and
+    ``count`` is zero for each room of the plan.
+    """
+    for c in range(len(label)):
+        first = 0
+        for k in range(len(index)):
+            count[label[c, k]] += 1
+            if k + 1 < len(index) and index[k + 1] == index[k]:
                 continue
             # Last point of a room: find the plan room with most of its points.
             count[0], most = 0, 0
             for m in range(first, k + 1):
-                most = max(most, count[label[m]])
+                most = max(most, count[label[c, m]])
             for m in range(first, k + 1):
-                count[label[m]] = 0
-            pure, first = pure + most, k + 1
-        found[c, 3] = outside / max(len(floor), 1)
-        found[c, 4] = 1.0 - pure / max(len(floor), 1)
+                count[label[c, m]] = 0
+            pure[c], first = pure[c] + most, k + 1

@@ -79,7 +79,7 @@ def layer_norm(x: Floats, weight: Floats, bias: Floats, out: Floats) -> None:
             own[k] = (row[k] - mean) * factor * weight[k] + bias[k]
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def soften(logits: Floats, within: Floats, first: int, begin: int, across: Floats) -> None:
     """
     Convert attention ``logits (B, heads, T, S)`` to weights in place: add the bias, then softmax.
@@ -88,50 +88,26 @@ def soften(logits: Floats, within: Floats, first: int, begin: int, across: Float
     own graph starts at source ``begin`` and is biased by the targets' rows of ``within (B, heads,
     R, R)``, the other one by ``across (heads,)``.
     """
-    end = begin + within.shape[-1]
+    end = begin + within.shape[3]
     for b in range(logits.shape[0]):
         for h in range(logits.shape[1]):
             for i in range(logits.shape[2]):
-                row = logits[b, h, i]
-                top = _biased(row[begin:end], within[b, h, first + i])
-                top = max(top, _raised(row[:begin], across[h]), _raised(row[end:], across[h]))
-                _normalised(row, top)
-
-
-@numba.njit(nogil=True, fastmath=_ANY_ORDER)
-def _biased(row: Floats, bias: Floats) -> np.int32:
-    """
-    Add ``bias (S,)`` in place and return the largest sum, rounded.
-
-    Any nearby value keeps the exponentials finite, and the maximum of integers vectorises.
-    """
-    top = np.int32(-(2**31) + 1)
-    for j in range(len(row)):
-        value = row[j] + bias[j]
-        row[j] = value
-        top = max(top, np.int32(value))
-    return top
-
-
-@numba.njit(nogil=True, fastmath=_ANY_ORDER)
-def _raised(row: Floats, by: Any) -> np.int32:
-    """Add one number to all in place and return the largest sum, rounded."""
-    top = np.int32(-(2**31) + 1)
-    for j in range(len(row)):
-        value = row[j] + by
-        row[j] = value
-        top = max(top, np.int32(value))
-    return top
-
-
-@numba.njit(nogil=True, fastmath=_ANY_ORDER)
-def _normalised(row: Floats, top: np.int32) -> None:
-    """Replace logits by their softmax; ``top`` is near the largest logit."""
-    total, level = _ZERO, np.float32(top)
-    for j in range(len(row)):
-        share = _exponential(row[j] - level)
-        row[j] = share
-        total += share
-    factor = _ONE / total
-    for j in range(len(row)):
-        row[j] *= factor
+                row, bias, by = logits[b, h, i], within[b, h, first + i], across[h]
+                # Any value near the largest logit keeps the exponentials finite, and the maximum
+                # of integers vectorises.
+                top = np.int32(-(2**31) + 1)
+                own = row[begin:end]
+                for j in range(len(own)):
+                    own[j] += bias[j]
+                    top = max(top, np.int32(own[j]))
+                for other in (row[:begin], row[end:]):
+                    for j in range(len(other)):
+                        other[j] += by
+                        top = max(top, np.int32(other[j]))
+                total, level = _ZERO, np.float32(top)
+                for j in range(len(row)):
+                    row[j] = _exponential(row[j] - level)
+                    total += row[j]
+                factor = _ONE / total
+                for j in range(len(row)):
+                    row[j] *= factor

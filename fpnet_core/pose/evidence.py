@@ -244,7 +244,6 @@ def dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
     return float(np.mod(angle / 4.0, np.pi / 2)), float(np.hypot(re, im) / total)
 
 
-@njit(cache=True, nogil=True)
 def _fourth_powers(
     gx: NDArray[np.float32], gy: NDArray[np.float32], share: np.float32
 ) -> tuple[float, float, float]:
@@ -254,22 +253,13 @@ def _fourth_powers(
     ``g`` are the gradients ``gx + i gy``, ``(P,)`` each, that exceed a share of the largest one.
     Squares are compared; OpenCV's magnitudes are rounded depending on the arrays' alignment.
     """
-    most = np.float32(0.0)
-    for k in range(len(gx)):
-        most = max(most, gx[k] * gx[k] + gy[k] * gy[k])
-    least = share * most
-    re, im, total = 0.0, 0.0, 0.0
-    for k in range(len(gx)):
-        if gx[k] * gx[k] + gy[k] * gy[k] <= least:
-            continue
-        x, y = np.float64(gx[k]), np.float64(gy[k])
-        squared = x * x + y * y
-        length = np.sqrt(squared)
-        u, v = (x * x - y * y) / squared, 2.0 * x * y / squared
-        re += length * (u * u - v * v)
-        im += length * 2.0 * u * v
-        total += length
-    return re, im, total
+    squared = gx * gx + gy * gy
+    is_strong = squared > share * squared.max()
+    x, y = (each[is_strong].astype(np.float64) for each in (gx, gy))
+    squares = x * x + y * y
+    length = np.sqrt(squares)
+    u, v = (x * x - y * y) / squares, 2.0 * x * y / squares
+    return float(length @ (u * u - v * v)), 2.0 * float(length @ (u * v)), float(length.sum())
 
 
 def _straightness(

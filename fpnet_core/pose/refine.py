@@ -120,7 +120,8 @@ def refine(
         params, H, start, centre, bounds, STRAIN_LIMIT * alignment_prior.anisotropy_sigma,
         np.ascontiguousarray((points - mid).T), unwritable(plan.wall_distance),
         unwritable(plan.A_rc_xy), np.repeat(schedule.widths_m, _STEPS_PER_WIDTH),
-        (_POINT_SIGMA_M / alignment_prior.anisotropy_sigma) ** 2,
+        np.repeat([0.0, (_POINT_SIGMA_M / alignment_prior.anisotropy_sigma) ** 2], 3),
+        np.empty((8, len(points))), np.empty((7, 6)),
     )  # fmt: skip
     linear = _strained(params, start)
     lever = linear @ mid
@@ -157,129 +158,86 @@ def _strained(params: Array, start: Array) -> Array:
 
 @numba.njit(cache=True, nogil=True)
 def _align(  # type: ignore[no-untyped-def]
-    params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, widths, prior
+    params, H, start, centre, bounds, limit, offsets, field, A_rc_xy, widths, prior, memory, lower
 ):
-    """Run one Gauss-Newton step per width on ``params (C, 6)`` in place."""
-    residuals, linear = np.empty((8, offsets.shape[1])), np.empty((2, 2))
-    H_solved, g = np.empty((6, 6)), np.empty(6)
+    """
+    Run one Gauss-Newton step per width on ``params (C, 6)`` in place.
+
+    ``prior (6,)`` are the inverse variances, ``H (C, 6, 6)`` receives the last system of each;
+    ``memory (8, P)`` and ``lower (7, 6)`` are for intermediate results.
+    """
+    g = lower[6]
     for c in range(len(params)):
         own, system = params[c], H[c]
-        _bound(own, limit, bounds[c, 0], bounds[c, 1])
-        for width in widths:
-            _strain(own, start[c], linear)
+        for step in range(len(widths) + 1):
+            # The strain is clipped, and the mean of its stretches kept between two factors.
+            mean = 1.0 + 0.5 * (own[3] + own[4])
+            excess = max(mean - bounds[c, 1], 0.0) + min(mean - bounds[c, 0], 0.0)
+            own[3] -= excess
+            own[4] -= excess
+            for a in range(3, 6):
+                own[a] = min(max(own[a], -limit), limit)
+            if step == len(widths):
+                break
             x, y = centre[c, 0] + own[0], centre[c, 1] + own[1]
-            count = _residuals(linear, x, y, offsets, field, A_rc_xy, width, residuals)
-            _normal_equations(residuals, count, system, g)
+            width = widths[step]
+            count = _residuals(own, start[c], x, y, offsets, field, A_rc_xy, width, memory)
+            _normal_equations(memory, count, system, g)
             for a in range(6):
-                if a >= 3:
-                    system[a, a] += prior
-                    g[a] += prior * own[a]
+                system[a, a] += prior[a]
                 system[a, a] += _DAMPING
-            _solve(system, g, H_solved)
-            for a in range(6):
-                own[a] -= g[a]
-            _bound(own, limit, bounds[c, 0], bounds[c, 1])
-
-
-@numba.njit(cache=True, nogil=True)
-def _bound(params, limit, least, most):  # type: ignore[no-untyped-def]
-    """Clip the strain, and the mean of its two stretches to the range between two factors."""
-    mean = 1.0 + 0.5 * (params[3] + params[4])
-    excess = mean - most if mean > most else (mean - least if mean < least else 0.0)
-    params[3] -= excess
-    params[4] -= excess
-    for a in range(3, 6):
-        params[a] = limit if params[a] > limit else (-limit if params[a] < -limit else params[a])
-
-
-@numba.njit(cache=True, nogil=True)
-def _strain(params, start, out):  # type: ignore[no-untyped-def]
-    """Write the linear part ``(I + E) R(rotation) start (2, 2)``."""
-    cs, sn = np.cos(params[2]), np.sin(params[2])
-    for j in range(2):
-        x = cs * start[0, j] - sn * start[1, j]
-        y = sn * start[0, j] + cs * start[1, j]
-        out[0, j] = (1.0 + params[3]) * x + params[5] * y
-        out[1, j] = params[5] * x + (1.0 + params[4]) * y
-
-
-@numba.njit(cache=True, nogil=True)
-def _solve(H, g, lower):  # type: ignore[no-untyped-def]
-    """Solve ``H x = g``, H positive definite, in place of ``g``, by Cholesky factorisation."""
-    n = len(g)
-    for i in range(n):
-        for j in range(i + 1):
-            total = H[i, j]
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            lower[i, j] = total / lower[j, j] if j < i else np.sqrt(total)
-        for k in range(i):
-            g[i] -= lower[i, k] * g[k]
-        g[i] /= lower[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            g[i] -= lower[k, i] * g[k]
-        g[i] /= lower[i, i]
+                g[a] += prior[a] * own[a]
+            # Cholesky factorisation; the solution replaces g.
+            for i in range(6):
+                for j in range(i + 1):
+                    total = system[i, j]
+                    for k in range(j):
+                        total -= lower[i, k] * lower[j, k]
+                    lower[i, j] = total / lower[j, j] if j < i else np.sqrt(total)
+                for k in range(i):
+                    g[i] -= lower[i, k] * g[k]
+                g[i] /= lower[i, i]
+            for i in range(5, -1, -1):
+                for k in range(i + 1, 6):
+                    g[i] -= lower[k, i] * g[k]
+                g[i] /= lower[i, i]
+                own[i] -= g[i]
 
 
 @numba.njit(cache=True, nogil=True)
 def _residuals(  # type: ignore[no-untyped-def]
-    linear, x0, y0, offsets, field, A_rc_xy, width, out
+    params, start, x0, y0, offsets, field, A_rc_xy, width, out
 ):
     """
     Fill columns of ``out (8, P)`` with Welsch weights, wall distances and their six derivatives.
 
     ``offsets (2, P)`` are the points relative to their centroid, which is placed at ``x0, y0``.
-    Returns how many of them are close enough to walls to contribute.
+    Points off the field or without a slope are left out; returns the number of the others.
     """
-    # Three loops, so that the compiler can vectorise the first and the last.
-    row, col, offset_x, offset_y = out[0], out[1], out[2], out[3]
+    # The linear part (I + E) R(rotation) start.
+    cs, sn = np.cos(params[2]), np.sin(params[2])
+    x, u = cs * start[0, 0] - sn * start[1, 0], cs * start[0, 1] - sn * start[1, 1]
+    y, v = sn * start[0, 0] + cs * start[1, 0], sn * start[0, 1] + cs * start[1, 1]
+    xx, xy = (1.0 + params[3]) * x + params[5] * y, (1.0 + params[3]) * u + params[5] * v
+    yx, yy = params[5] * x + (1.0 + params[4]) * y, params[5] * u + (1.0 + params[4]) * v
+    # Several loops, so that the compiler can vectorise all but the second.
     for k in range(offsets.shape[1]):
         px, py = offsets[0, k], offsets[1, k]
-        qx = linear[0, 0] * px + linear[0, 1] * py
-        qy = linear[1, 0] * px + linear[1, 1] * py
-        x, y = qx + x0, qy + y0
-        row[k] = A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]
-        col[k] = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
-        offset_x[k], offset_y[k] = qx, qy
-    count = _slopes(field, offsets.shape[1], out)
-    for k in range(count):
-        d_row, d_col, qx, qy = out[0, k], out[4, k], out[2, k], out[3, k]
-        jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
-        jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
-        # To first order, strain and rotation act on the placed offset (qx, qy).
-        out[2, k], out[3, k], out[4, k] = jx, jy, jy * qx - jx * qy
-        out[5, k], out[6, k], out[7, k] = jx * qx, jy * qy, jx * qy + jy * qx
-    for k in range(count):
-        d = out[1, k]
-        out[0, k] = np.exp(-0.5 * d * d / (width * width))
-    return count
-
-
-@numba.njit(cache=True, nogil=True)
-def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
-    """
-    Look up the wall distance and its slope at the first columns of ``out``, in place.
-
-    A column holds row, column and two further numbers of a point, and is replaced by the slope
-    along rows, the distance, these two numbers and the slope along columns. Points off the field
-    or without a slope are removed; returns the number of points left.
-    """
+        qx, qy = xx * px + xy * py, yx * px + yy * py
+        out[0, k] = A_rc_xy[0, 0] * (qx + x0) + A_rc_xy[0, 1] * (qy + y0) + A_rc_xy[0, 2]
+        out[1, k] = A_rc_xy[1, 0] * (qx + x0) + A_rc_xy[1, 1] * (qy + y0) + A_rc_xy[1, 2]
+        out[2, k], out[3, k] = qx, qy
     rows, cols = field.shape
     n = 0
-    for k in range(points):
+    for k in range(offsets.shape[1]):
         row, col = out[0, k], out[1, k]
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
         # Bilinear; a separate function would count references to the field at every call.
         r, c = int(row), int(col)
         fr, fc = row - r, col - c
-        here, right, down, across = (
-            field[r, c],
-            field[r, c + 1],
-            field[r + 1, c],
-            field[r + 1, c + 1],
-        )
+        here, right = field[r, c], field[r, c + 1]
+        down, across = field[r + 1, c], field[r + 1, c + 1]
         d_row = (down - here) * (1 - fc) + (across - right) * fc
         d_col = (right - here) * (1 - fr) + (across - down) * fr
         if d_row == 0.0 and d_col == 0.0:
@@ -288,6 +246,16 @@ def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
         out[2, n], out[3, n] = out[2, k], out[3, k]
         out[0, n], out[1, n], out[4, n] = d_row, d, d_col
         n += 1
+    for k in range(n):
+        d_row, d_col, qx, qy = out[0, k], out[4, k], out[2, k], out[3, k]
+        jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
+        jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        # To first order, strain and rotation act on the placed offset (qx, qy).
+        out[2, k], out[3, k], out[4, k] = jx, jy, jy * qx - jx * qy
+        out[5, k], out[6, k], out[7, k] = jx * qx, jy * qy, jx * qy + jy * qx
+    for k in range(n):
+        d = out[1, k]
+        out[0, k] = np.exp(-0.5 * d * d / (width * width))
     return n
 
 

@@ -7,11 +7,9 @@ from __future__ import annotations
 from typing import TypeVar
 
 import cv2
-from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.frozen import unwritable
 from fpnet_core.raster.windows import framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -80,25 +78,18 @@ def unblocked(
 
 def thinned(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
     """Return mean (row, column) (P, 2) of the True cells in each block of ``spacing`` cells."""
-    sums = _block_sums(unwritable(mask), max(spacing, 1.0)).reshape(-1, 3)
-    sums = sums[sums[:, 2] > 0]
-    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
+    rows, cols = (_parts_of(size, max(spacing, 1.0)) for size in mask.shape)
+    above = cv2.integral(mask.view(np.uint8))  # count of True cells above and left of each corner
+    in_cols = np.diff(np.diff(above[:, cols], axis=1), axis=0)
+    in_rows = np.diff(np.diff(above[rows], axis=0), axis=1)
+    count = np.diff(np.diff(above[rows][:, cols], axis=0), axis=1).ravel()
+    row = np.add.reduceat(in_cols * np.arange(len(mask))[:, None], rows[:-1], axis=0).ravel()
+    col = np.add.reduceat(in_rows * np.arange(mask.shape[1]), cols[:-1], axis=1).ravel()
+    is_filled = count > 0
+    return np.stack([row, col], axis=1)[is_filled] / count[is_filled, None]
 
 
-@njit(cache=True, nogil=True)
-def _block_sums(mask, spacing):  # type: ignore[no-untyped-def]
-    """Return sums of rows and of columns, and counts of True cells, by block (h, w, 3)."""
-    rows, cols = mask.shape
-    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
-    across = np.empty(cols, np.int64)
-    for col in range(cols):
-        across[col] = int(col / spacing)
-    for row in range(rows):
-        r = int(row / spacing)
-        for col in range(cols):
-            if mask[row, col]:
-                c = across[col]
-                sums[r, c, 0] += row
-                sums[r, c, 1] += col
-                sums[r, c, 2] += 1
-    return sums
+def _parts_of(size: int, spacing: float) -> NDArray[np.int64]:
+    """Return the first of ``size`` indices in each part, and ``size``."""
+    part = (np.arange(size) / spacing).astype(np.int64)
+    return np.flatnonzero(np.diff(part, prepend=-1, append=size))

@@ -41,7 +41,8 @@ def cells_to_nearest(
     beyond = int(min(most, rows + cols - 1)) + 1
     first = (step - 1) // 2
     found = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
-    _along_rows(_down_columns(unwritable(mask)), unwritable(selected), step, beyond, found)
+    down, lowest = _down_columns(unwritable(mask)), np.empty((3, cols + 1), np.int64)
+    _along_rows(down, unwritable(selected), step, beyond, lowest, found)
     return found
 
 
@@ -62,13 +63,18 @@ def _down_columns(mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _along_rows(down, selected, step, beyond, out):  # type: ignore[no-untyped-def]
-    """Write the result of :func:`cells_to_nearest`; ``selected`` may be one row for all."""
+def _along_rows(down, selected, step, beyond, lowest, out):  # type: ignore[no-untyped-def]
+    """
+    Write the result of :func:`cells_to_nearest`; ``selected`` may be one row for all.
+
+    ``lowest (3, W + 1)`` is memory for the parabolas of the lower envelope: each one's column, its
+    height there and the first column where it is lowest. Columns whose distance is ``beyond`` or
+    more have none.
+    """
     cols, first = down.shape[1], (step - 1) // 2
-    lowest = np.empty((3, cols + 1), np.int64)
     for k in range(len(out)):
         near, is_selected = down[first + k * step], selected[(first + k * step) % len(selected)]
-        begin = np.int64(0)  # a single integer type, so that the callee is compiled only once
+        begin = 0
         while begin < cols:
             end = begin
             while end < cols and is_selected[end]:
@@ -76,7 +82,24 @@ def _along_rows(down, selected, step, beyond, out):  # type: ignore[no-untyped-d
             if end == begin:
                 begin += 1
                 continue
-            count, best = _lowest_parabolas(near, begin, end, beyond, lowest), 0
+            # A distance changes by at most one from cell to cell.
+            count, best = 0, 0
+            for col in range(max(begin - near[begin], 0), min(end + near[end - 1], cols)):
+                if near[col] >= beyond:
+                    continue
+                height, since = np.int64(near[col]) ** 2, -1
+                while count:
+                    place = lowest[0, count - 1]
+                    # The integer crossing is at most half a column too far right; there both are
+                    # equally low.
+                    meet = col * col - place * place + height - lowest[1, count - 1]
+                    since = math.floor(meet * (0.5 / (col - place))) + 1
+                    if since > lowest[2, count - 1]:
+                        break
+                    count, since = count - 1, -1
+                if since < end:
+                    lowest[0, count], lowest[1, count], lowest[2, count] = col, height, since
+                    count += 1
             for n in range((begin - first + step - 1) // step, (end - first + step - 1) // step):
                 col = first + n * step
                 while best + 1 < count and lowest[2, best + 1] <= col:
@@ -85,35 +108,6 @@ def _along_rows(down, selected, step, beyond, out):  # type: ignore[no-untyped-d
                 squared = np.float32(away * away + lowest[1, best])
                 out[k, n] = np.sqrt(squared) if count else _NOWHERE
             begin = end
-
-
-@njit(cache=True, nogil=True)
-def _lowest_parabolas(near, begin, end, beyond, lowest):  # type: ignore[no-untyped-def]
-    """
-    List the parabolas of the lower envelope from ``begin`` to before ``end``; return their count.
-
-    ``lowest (3, W)`` receives each one's column, its height there and the first column where it is
-    lowest. Columns whose distance is ``beyond`` or more have none.
-    """
-    # A distance changes by at most one from cell to cell.
-    low, high, count = begin - near[begin], end + near[end - 1], 0
-    for col in range(low if low > 0 else 0, high if high < len(near) else len(near)):
-        if near[col] >= beyond:
-            continue
-        height, since = np.int64(near[col]) ** 2, -1
-        while count:
-            place = lowest[0, count - 1]
-            # The integer crossing is at most half a column too far right; there both are equally
-            # low.
-            meet = col * col - place * place + height - lowest[1, count - 1]
-            since = math.floor(meet * (0.5 / (col - place))) + 1
-            if since > lowest[2, count - 1]:
-                break
-            count, since = count - 1, -1
-        if since < end:
-            lowest[0, count], lowest[1, count], lowest[2, count] = col, height, since
-            count += 1
-    return count
 
 
 def clearance_of(free: NDArray[np.bool_]) -> NDArray[np.float32]:

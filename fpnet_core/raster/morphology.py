@@ -112,3 +112,5 @@ def _spread(found, left, beside, steps):  # type: ignore[no-untyped-def]
             found[left[k]] = values[k]
             left[count] = left[k]
             count += values[k] == 0
+        if count == before:
+            break

@@ -25,7 +25,6 @@ Ints = NDArray[np.int64]
 Scalar = TypeVar('Scalar', bound=np.generic)
 
 
-@numba.njit(cache=True, nogil=True)
 def shift_table(
     A: Array, walls: Array, patch: Ints, offsets: Ints, likelihood: Floats, patches: int
 ) -> Floats:
@@ -34,16 +33,26 @@ def shift_table(
 
     It sums ``likelihood`` over a patch's walls; ``offsets (S, 2)`` are cells of the plan's raster.
     """
-    rows, cols = likelihood.shape
-    flat, ahead = likelihood.reshape(-1), offsets[:, 0] * cols + offsets[:, 1]
-    low, high = offsets.min(), offsets.max()
     table = np.zeros((len(A), patches, len(offsets)), dtype=np.float32)
+    ahead = offsets @ (likelihood.shape[1], 1)
+    reach = int(np.abs(offsets).max(initial=0))
+    _add_shifts(*[*each_unwritable(A, walls, patch, offsets, ahead, likelihood), reach, table])
+    return table
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_shifts(  # type: ignore[no-untyped-def]
+    A, walls, patch, offsets, ahead, likelihood, reach, table
+):
+    """Write what :func:`shift_table` returns; ``reach`` is the longest offset on an axis."""
+    rows, cols = likelihood.shape
+    flat = likelihood.reshape(-1)
     for c in range(len(A)):
         to_cell = A[c]
         for k in range(len(walls)):
             row, col = nearest_cell(to_cell, walls[k, 0], walls[k, 1])
             total = table[c, patch[k]]
-            if min(row, col) + low >= 0 and row + high < rows and col + high < cols:
+            if min(row, col) >= reach and row + reach < rows and col + reach < cols:
                 here = row * cols + col
                 for s in range(len(ahead)):
                     total[s] += flat[np.uint64(here + ahead[s])]
@@ -52,10 +61,8 @@ def shift_table(
                 r, q = row + offsets[s, 0], col + offsets[s, 1]
                 if 0 <= r < rows and 0 <= q < cols:
                     total[s] += likelihood[r, q]
-    return table
 
 
-@numba.njit(cache=True, nogil=True)
 def smooth_shifts(
     table: Floats,
     offsets_m: Array,
@@ -71,12 +78,19 @@ def smooth_shifts(
     difference to the mean shift of the neighbouring patches plus ``anchor`` times its square.
     ``neighbours (B, 8)`` are patch numbers, -1 where there is none; ``offsets_m (S, 2)``.
     """
+    rest = int(np.flatnonzero((offsets_m == 0.0).all(axis=1))[-1])
+    chosen = np.full(table.shape[:2], rest, dtype=np.int64)
+    read = each_unwritable(table, offsets_m, neighbours)
+    _smooth_shifts(*[*read, float(stiffness), float(anchor), sweeps, rest, chosen])
+    return chosen
+
+
+@numba.njit(cache=True, nogil=True)
+def _smooth_shifts(  # type: ignore[no-untyped-def]
+    table, offsets_m, neighbours, stiffness, anchor, sweeps, rest, chosen
+):
+    """Write what :func:`smooth_shifts` returns; ``rest`` is the number of the zero shift."""
     count, patches, shifts = table.shape
-    rest = 0
-    for s in range(shifts):
-        if offsets_m[s, 0] == 0.0 and offsets_m[s, 1] == 0.0:
-            rest = s
-    chosen = np.full((count, patches), rest, dtype=np.int64)
     for c in range(count):
         for _ in range(sweeps):
             for b in range(patches):
@@ -99,7 +113,6 @@ def smooth_shifts(
                     if cost < least - 1e-9:
                         best, least = s, cost
                 chosen[c, b] = best
-    return chosen
 
 
 def cells_under(

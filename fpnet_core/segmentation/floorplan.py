@@ -122,7 +122,7 @@ def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
 def _segment_simply(
     scene: Scene, method: str
 ) -> tuple[NDArray[np.int32], list[Opening], NDArray[np.float32]]:
-    from fpnet_core.segmentation.simple import cut_rooms_simply  # loads scikit-image
+    from fpnet_core.segmentation.simple import cut_rooms_simply  # for benchmarks only
 
     return *cut_rooms_simply(scene, method), scene.clearance
 

@@ -14,9 +14,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.segmentation import watershed
 
-from fpnet_core.raster.morphology import shrunk
+from fpnet_core.raster.morphology import cross, shrunk, spread
 from fpnet_core.segmentation.openings import Opening, find_openings
 from fpnet_core.segmentation.scene import Scene, WorkRaster
 
@@ -38,10 +37,7 @@ def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
     Returns labels and openings as :func:`fpnet_core.segmentation.rooms.cut_rooms` does.
     """
     seeds = _eroded_seeds(scene) if method == 'morphological' else _distant_seeds(scene)
-    labels = watershed(  # type: ignore[no-untyped-call]
-        np.zeros(seeds.shape, dtype=np.uint8), seeds, mask=scene.free
-    )
-    labels = np.asarray(labels, dtype=np.int32)
+    labels = spread(seeds, scene.free, cross(), seeds.size)
     work = WorkRaster(scene.free, scene.clearance, np.zeros_like(scene.free), 1, scene.cell_m)
     return labels, find_openings(labels, work, scene.free)
 

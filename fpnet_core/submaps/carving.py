@@ -34,27 +34,6 @@ def _count(counts: Counts, row: int, col: int, layer: int) -> None:
     counts[row, col, layer] += np.uint16(1)
 
 
-@njit(cache=True, nogil=True, inline='always')
-def _count_return(
-    counts: Counts, end: NDArray[np.float64], bands: tuple[float, float, float, float, float]
-) -> None:
-    row, col, z = int(end[1]), int(end[0]), end[2]
-    if bands[0] <= z <= bands[1]:
-        _count(counts, row, col, MID_HIT)
-    elif bands[2] <= z <= bands[3]:
-        _count(counts, row, col, HIGH_HIT)
-
-
-@njit(cache=True, nogil=True, inline='always')
-def _count_crossing(
-    counts: Counts, row: int, col: int, z: float, bands: tuple[float, float, float, float, float]
-) -> None:
-    if bands[0] <= z <= bands[1] or bands[2] <= z <= bands[4]:
-        _count(counts, row, col, CROSSED)
-        if bands[2] <= z <= bands[3]:
-            _count(counts, row, col, HIGH_CROSSED)
-
-
 @njit(cache=True, nogil=True)
 def carve_rays(
     counts: Counts,
@@ -82,8 +61,11 @@ def carve_rays(
         length = np.hypot(d_col, d_row)
         stop = 1.0
         if is_return[i]:
-            _count_return(counts, ends[i], bands)
-            stop = 1.0 - end_margin / max(length, 1e-9)
+            stop, z = 1.0 - end_margin / max(length, 1e-9), ends[i, 2]
+            is_mid = bands[0] <= z <= bands[1]
+            if is_mid or bands[2] <= z <= bands[3]:
+                hit = MID_HIT if is_mid else HIGH_HIT
+                _count(counts, int(ends[i, 1]), int(ends[i, 0]), hit)
         if stop <= 0.0:
             continue
         col, row = int(origin[0]), int(origin[1])
@@ -92,19 +74,17 @@ def carve_rays(
         grow_row = abs(1.0 / d_row) if d_row != 0.0 else np.inf
         to_col = (col + 1 - origin[0] if d_col > 0 else origin[0] - col) * grow_col
         to_row = (row + 1 - origin[1] if d_row > 0 else origin[1] - row) * grow_row
-        if d_col == 0.0:
-            to_col = np.inf
-        if d_row == 0.0:
-            to_row = np.inf
+        to_col, to_row = to_col if d_col != 0.0 else np.inf, to_row if d_row != 0.0 else np.inf
         lowest, highest = min(origin[2], ends[i, 2]), max(origin[2], ends[i, 2])
         is_level = bands[0] <= lowest and highest <= bands[1] and highest < bands[2]
         t = 0.0
         while True:
             leave = min(to_col, to_row, stop)
-            if is_level:
+            z = origin[2] + 0.5 * (t + leave) * d_z
+            if is_level or bands[0] <= z <= bands[1] or bands[2] <= z <= bands[4]:
                 _count(counts, row, col, CROSSED)
-            else:
-                _count_crossing(counts, row, col, origin[2] + 0.5 * (t + leave) * d_z, bands)
+                if not is_level and bands[2] <= z <= bands[3]:
+                    _count(counts, row, col, HIGH_CROSSED)
             t = leave
             if t >= stop:
                 break

@@ -24,6 +24,10 @@ LONGEST_FUNCTION = {**dict.fromkeys(USED, 60), **dict.fromkeys(LAB, 110)}
 MOST_BRANCHES = 12
 
 
+MOST_KERNELS = 38
+"""Compiled functions of robot and desk, which an installation waits for."""
+
+
 def functions(source):
     """Yield the name and length of each function, nested ones and methods included."""
     for node in ast.walk(ast.parse(source)):
@@ -72,3 +76,18 @@ def test_no_function_branches_much():
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+def is_compiled(function):
+    return any('njit' in ast.unparse(each) for each in function.decorator_list)
+
+
+def test_few_functions_are_compiled():
+    found = [
+        f'{module}: {node.name}'
+        for module, source in MODULES.items()
+        if not module.startswith('fpnet_lab/')
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef) and is_compiled(node)
+    ]
+    assert 0 < len(found) <= MOST_KERNELS, sorted(found)

@@ -14,6 +14,8 @@ from fpnet_core.kernel_cache import choose
 
 NOWHERE = Path('/proc/fpnet')  # not even root can make files there
 COMPILE = """
+import sys
+sys.prefix = '/proc/fpnet'
 import fpnet_core.kernel_cache as kept
 from numba import njit
 from fpnet_core.raster.rays import njit
@@ -24,6 +26,7 @@ print(kept.SAID)
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    monkeypatch.setattr(sys, 'prefix', str(NOWHERE))
     return tmp_path
 
 
@@ -34,6 +37,13 @@ def test_where_numba_finds_a_place_nothing_is_changed(tmp_path, temporary):
     assert choose(NOWHERE, {'XDG_CACHE_HOME': str(tmp_path), **nowhere}) is None
     assert choose(NOWHERE, {'NUMBA_CACHE_DIR': '/kept', **nowhere}) is None
     assert os.listdir(temporary) == []
+
+
+def test_what_set_up_has_compiled_is_found(temporary, monkeypatch):
+    (temporary / 'numba').mkdir()
+    monkeypatch.setattr(sys, 'prefix', str(temporary))
+    assert choose(temporary, {'HOME': str(temporary)}) == temporary / 'numba'
+    assert choose(temporary, {'NUMBA_CACHE_DIR': '/kept'}) is None
 
 
 def test_without_a_place_a_private_folder_is_taken_and_found_again(temporary):

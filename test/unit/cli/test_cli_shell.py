@@ -165,6 +165,15 @@ def test_progress_is_silent_without_a_terminal(capfd):
     assert capfd.readouterr() == ('', '')
 
 
+def test_status_is_a_line_a_second_without_a_terminal(capfd, monkeypatch):
+    now = iter([0.0, 0.4, 1.2, 1.2, 1.9, 2.3, 2.3])
+    monkeypatch.setattr(time, 'monotonic', lambda: next(now))
+    with progress('localizing') as advance:
+        for update in ('first', 'second', 'third', 'fourth'):
+            advance.status('short', update)
+    assert capfd.readouterr() == ('', 'second\nfourth\n')
+
+
 def test_version(monkeypatch, capsys):
     monkeypatch.setattr('importlib.metadata.version', lambda name: '9.8.7')
     assert run('--version') == 0
