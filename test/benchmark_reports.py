@@ -28,6 +28,12 @@ SHEETS = {
     'seconds_p50': 2.4,
 }
 SCALE = {'within_10': 0.925, 'interval_holds': 1.0, 'sure': 0}
+ALIGNED = {
+    'status': 'aligned',
+    **dict.fromkeys(('walls_m', 'median_m', 'p90_m', 'explained', 'error_m', 'worst_m'), 0.25),
+    **dict.fromkeys(('sigma_m', 'rmf_m'), 0.1),
+    'back_m': None,
+}
 VECTORS = {
     'kinds': dict.fromkeys(('clean', 'office', 'brochure'), SHEETS),
     'all': SHEETS,
@@ -438,6 +444,9 @@ REPORTS = {
         'alarms': 0,
     },
     'short_submaps': lambda: {'paths': {'one scan': SHORT, '15 m': SHORT | {'wrong': 0}}},
+    'align_pairs': lambda: {
+        'pairs': {'lab': ALIGNED, 'office': {'status': 'refused', 'reason': 'not placed'}},
+    },
     'guidance': lambda: {
         'nowhere': 4,
         'policies': {

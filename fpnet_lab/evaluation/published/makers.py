@@ -14,7 +14,7 @@ from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
 from fpnet_lab.evaluation.published import code, rooms, runs, scoring, simulator
 from fpnet_lab.evaluation.published.nodes import cloud_transport, doctor_faults, node_load, wirings
-from fpnet_lab.evaluation.published.sites import sites
+from fpnet_lab.evaluation.published.sites import align_pairs, sites
 from fpnet_lab.evaluation.published.weights import WEIGHTS
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import (
@@ -214,6 +214,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'guidance': runs.guidance,
     'speed': runs.speed,
     'sites': sites,
+    'align_pairs': align_pairs,
     'segmentation': rooms.segmentation,
     **dict.fromkeys(('submaps', 'submaps_3000'), rooms.submaps),
     'scale': rooms.scale,
