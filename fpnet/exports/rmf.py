@@ -25,7 +25,7 @@ WALL_M = 0.2
 """Thickness of walls in Open-RMF [m]. Chosen."""
 
 _DIGITS = 4  # numerical: of metres
-_TEXT, _NUMBER = 1, 3  # given: types of parameters
+_TEXT, _WHOLE, _NUMBER = 1, 2, 3  # given: types of parameters
 _DOORS = {
     DoorKind.DOUBLE: 'double_hinged', DoorKind.SLIDING: 'sliding', DoorKind.FOLDING: 'sliding',
 }  # fmt: skip
@@ -94,6 +94,7 @@ def write_rmf(
             'type': [_TEXT, _DOORS.get(door.kind, 'hinged')],
             'motion_axis': [_TEXT, 'end' if door.hinge == 1 else 'start'],
             'motion_degrees': [_NUMBER, 90.0],
+            'motion_direction': [_WHOLE, 1],
         }]
         for number, door in enumerate(model.doors, 1)
     ]  # fmt: skip
