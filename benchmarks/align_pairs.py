@@ -13,6 +13,7 @@ exported robot map is placed on the exported plan; the result should be the iden
 layer, read as the traffic editor does, is compared with the transform.
 """
 
+import json
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -107,12 +108,20 @@ def measured(plan, robot, to_pixels, out):
     }  # fmt: skip
 
 
+def figures_of(read, robot, to_pixels, out):
+    """Return the figures of one case, or why it was refused."""
+    try:
+        return measured(read(), robot, to_pixels, out)
+    except NotPlacedError as error:
+        return {'status': 'refused', 'reason': str(error)}
+
+
 def main():
     """Align every pair and report the figures of each."""
     parser = script_parser(__doc__)
     parser.add_argument('data', type=Path)
     parser.add_argument('--only', action='append', default=[], metavar='NAME')
-    parser.add_argument('--work', type=Path, metavar='DIR', help='keep the exported files here')
+    parser.add_argument('--work', type=Path, metavar='DIR', help='keep exports here, and resume')
     options = parser.parse_args()
     pairs = {}
     with TemporaryDirectory() as temporary:
@@ -120,10 +129,12 @@ def main():
         for name, read, robot, to_pixels in cases(options.data, work):
             if options.only and name not in options.only:
                 continue
-            try:
-                pairs[name] = measured(read(), robot, to_pixels, work / name.partition(' ')[0])
-            except NotPlacedError as error:
-                pairs[name] = {'status': 'refused', 'reason': str(error)}
+            out = work / name.partition(' ')[0]
+            kept = out / 'figures.json'
+            if not kept.exists():
+                out.mkdir(parents=True, exist_ok=True)
+                kept.write_text(json.dumps(figures_of(read, robot, to_pixels, out)))
+            pairs[name] = json.loads(kept.read_text())
             print(name, pairs[name], flush=True)
     finish('align_pairs', options.json, {'split': 'tune', 'pairs': pairs})
 

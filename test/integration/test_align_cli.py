@@ -80,6 +80,16 @@ def test_transform_is_right_to_a_few_centimetres(folder):
     assert report == report | json.loads((folder / 'out' / 'alignment.json').read_text())
 
 
+def test_cloud_is_aligned_in_its_own_frame(folder, tmp_path):
+    grid = submap_grid()
+    floor, wall = (grid.rc_to_xy(np.argwhere(grid.cells == kind)) for kind in (FREE, OCCUPIED))
+    layers = [np.column_stack([wall, np.full(len(wall), z)]) for z in np.arange(0.1, 2.6, 0.3)]
+    ground = np.column_stack([floor, np.zeros(len(floor))])
+    np.save(tmp_path / 'cloud.npy', np.concatenate([ground, *layers]))
+    aligned = fpnet.align(folder / 'plan.yaml', tmp_path / 'cloud.npy')
+    assert errors_m(aligned.A_plan_map, CORNERS_MAP, CORNERS_PLAN) < 0.08
+
+
 def test_every_room_has_its_residual(folder):
     rooms = report_of(folder)['rooms']
     areas = sorted((x1 - x0 - 0.2) * (y1 - y0 - 0.2) for x0, y0, x1, y1 in (*ROOMS, (0, 5, 20, 7)))
