@@ -3,7 +3,7 @@
 """
 Alignments of real robot maps with their floorplans by ``fpnet align``, and their exports.
 
-Run: python benchmarks/align_pairs.py ../shared/data [--only NAME] [--work DIR] [--json OUT]
+Run: python benchmarks/align_pairs.py ../shared/data [--without TEXT] [--work DIR] [--json OUT]
 
 Data: the twelve robot maps of the development split with a fitted transform, and the office of
 Open-RMF's demos, whose building file has the robot map as a layer. Files are read as a user has
@@ -120,14 +120,16 @@ def main():
     """Align every pair and report the figures of each."""
     parser = script_parser(__doc__)
     parser.add_argument('data', type=Path)
-    parser.add_argument('--only', action='append', default=[], metavar='NAME')
+    parser.add_argument(
+        '--without', action='append', default=[], metavar='TEXT', help='skip names with this text'
+    )
     parser.add_argument('--work', type=Path, metavar='DIR', help='keep exports here, and resume')
     options = parser.parse_args()
     pairs = {}
     with TemporaryDirectory() as temporary:
         work = options.work or Path(temporary)
         for name, read, robot, to_pixels in cases(options.data, work):
-            if options.only and name not in options.only:
+            if any(text in name for text in options.without):
                 continue
             out = work / name.partition(' ')[0]
             kept = out / 'figures.json'
