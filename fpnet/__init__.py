@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fpnet.api import (
+        align,
         check_plan,
         diff,
         localize,
@@ -37,6 +38,7 @@ __all__ = [
     'Rooms',
     'Run',
     'Status',
+    'align',
     'check_plan',
     'diff',
     'load_config',
@@ -58,6 +60,7 @@ _MODULE_OF = {
     'Rooms': 'fpnet.api.values',
     'Run': 'fpnet.api.run',
     'Status': 'fpnet_core.types',
+    'align': 'fpnet.api',
     'check_plan': 'fpnet.api',
     'diff': 'fpnet.api',
     'load_config': 'fpnet_core.config',

@@ -24,6 +24,12 @@ SHEETS = {
     'sheets': 8, 'right': 0.625, 'wrong_marked': None, 'good_marked': 0.0, 'seconds_p50': 2.4,
 }  # fmt: skip
 SCALE = {'within_10': 0.925, 'interval_holds': 1.0, 'sure': 0}
+ALIGNED = {
+    'status': 'aligned',
+    **dict.fromkeys(('walls_m', 'median_m', 'p90_m', 'explained', 'error_m', 'worst_m'), 0.25),
+    **dict.fromkeys(('sigma_m', 'rmf_m'), 0.1),
+    'back_m': None,
+}
 VECTORS = {
     'kinds': dict.fromkeys(('clean', 'office', 'brochure'), SHEETS),
     'all': SHEETS,
@@ -360,6 +366,9 @@ REPORTS = {
         'alarms': 0,
     },
     'short_submaps': lambda: {'paths': {'one scan': SHORT, '15 m': SHORT | {'wrong': 0}}},
+    'align_pairs': lambda: {
+        'pairs': {'lab': ALIGNED, 'office': {'status': 'refused', 'reason': 'not placed'}},
+    },
     'guidance': lambda: {
         'nowhere': 4,
         'policies': {

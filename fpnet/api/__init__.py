@@ -19,7 +19,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from fpnet.api.values import Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
+from fpnet.alignment import align_match
+from fpnet.api.values import Aligned, Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet.plan_check import check_plan as _check_plan
 from fpnet.recordings.opening import is_recording
 from fpnet_core.arguments import checked
@@ -30,7 +31,7 @@ from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlacedError
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.maps import read_map, states_scale
-from fpnet_core.localizer import create_global_localizer, match_maps
+from fpnet_core.localizer import MapMatch, create_global_localizer, match_maps
 from fpnet_core.localizer.maps import MapMatchStatus, cut_of, match_storeys, segment_robot_map
 from fpnet_core.localizer.prepared_maps import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
@@ -219,9 +220,7 @@ def diff(
     """
     config = config or FpnetConfig()
     seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
-    if isinstance(plan, str | Path):
-        plan = read_plan(plan, config=config)
-    site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
+    site = _as_site(plan, config)
     found = next(iter(match_site(site, seen, config).values()))
     if found.status is not MapMatchStatus.MATCHED:
         raise NotPlacedError(f'not placed, so the drawing cannot be checked: {found.reason}')
@@ -229,6 +228,46 @@ def diff(
     A_plan_sub = found.candidates.estimates[0].A_plan_submap
     grid = site.storey(name).plan.grid
     return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
+
+
+@checked
+def align(
+    plan: Reading | Site | str | Path,
+    robot_map: RobotMap | str | Path,
+    config: FpnetConfig | None = None,
+) -> Aligned:
+    """
+    Align a robot map with a drawing, or the right storey of a site.
+
+    Parameters
+    ----------
+    plan, robot_map : as read, or files
+    config : defaults if None
+
+    Returns
+    -------
+    Transform with its covariance, local deformation, residuals by room, differences.
+
+    Raises
+    ------
+    NotPlacedError
+        If no match of the robot map is accepted, or the drawing's mirror image fits as well.
+    FpnetError
+        If a file cannot be read, or a plan holds no room.
+    """
+    config = config or FpnetConfig()
+    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
+    site = _as_site(plan, config)
+    found = next(iter(match_site(site, seen, config).values()))
+    drawing = site.storey(found.storey or site.storeys[0].name).plan
+    return align_found(found, drawing, seen, config)
+
+
+def align_found(
+    found: MapMatch, plan: Reading, robot_map: RobotMap, config: FpnetConfig
+) -> Aligned:
+    """Align the robot map of a match with its drawing; raises as :func:`align`."""
+    return shown_as(Aligned, align_match(found, plan, robot_map.submap.grid, config))
 
 
 @checked
@@ -310,6 +349,13 @@ def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) ->
     invocation = Invocation(('fpnet', 'check-plan'), reading.drawing.name)
     checked = _check_plan(reading, config, range(0), _no_drive, invocation, lambda _: None)
     return shown_as(Check, checked)
+
+
+def _as_site(plan: Reading | Site | str | Path, config: FpnetConfig) -> Site:
+    """Return a plan, as read or as a file, as a site of one storey without a name."""
+    if isinstance(plan, str | Path):
+        plan = read_plan(plan, config=config)
+    return Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
 
 
 def _no_drive(*_: object) -> NoReturn:

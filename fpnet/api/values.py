@@ -5,8 +5,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
+from fpnet.alignment import Alignment
 from fpnet.plan_check import PlanCheck
 from fpnet.viz.pictures import axes_of, figure_of, html_of
 from fpnet_core.differences import Differences
@@ -118,6 +122,39 @@ class Placed:
         ax = axes_of(ax)
         draw_differences(ax, self.differences)
         return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+class Aligned(Alignment):
+    """A robot map on a plan: :class:`fpnet.alignment.Alignment` with a plot and files."""
+
+    def __repr__(self) -> str:
+        """Return transform and residual in one line."""
+        x, y = self.A_plan_map.translation
+        walls = self.walls.whole
+        return (
+            f'<Aligned: x {x:.2f} m, y {y:.2f} m, {np.rad2deg(self.A_plan_map.heading):.1f} deg, '
+            f'scale {self.A_plan_map.scale:.3f}; median {walls["median_m"]:.2f} m>'
+        )
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the robot map's walls on the plan, coloured by distance to drawn walls."""
+        from fpnet.viz.alignment import draw_alignment
+
+        ax = axes_of(ax)
+        draw_alignment(ax, self)
+        return ax
+
+    def write(self, folder: str | Path) -> list[str]:
+        """Write the files of ``fpnet align --out`` into a folder; return their names."""
+        from fpnet.alignment.files import PICTURE, write_files
+        from fpnet.viz.alignment import save_alignment
+
+        names = write_files(self, Path(folder))
+        save_alignment(self, Path(folder) / PICTURE)
+        return [*names, PICTURE]
 
     def _repr_html_(self) -> str:
         return html_of(self, lambda figure: self.plot(figure.add_subplot()))

@@ -76,6 +76,9 @@ class Subcommand:
 
 
 COMMANDS = {
+    'align': Subcommand(
+        'fpnet.cli.align', 'Align a robot map with a floorplan, and export both ways.'
+    ),
     'check-plan': Subcommand(
         'fpnet.cli.check_plan', 'Check whether a floorplan is usable before a robot drives.'
     ),

@@ -68,25 +68,18 @@ def command(
     """
     tree = common.load(config, settings, seed)
     from fpnet.api import read_robot_map
-    from fpnet_core.matching.learned import LearnedMatcher
 
     common.check_input(submap)
     plans = read_plans(plan, site, said, tree, json_path)
     seen = read_robot_map(submap, tree, storey=submap_storey)
-    found = _matched(plans, seen, tree)
-    result = found.best
+    found = matched(plans, seen, tree)
     given = common.typed_settings(config, settings)
     given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
     typed = said.typed(('match', '--submap', str(submap), *given), plan, site)
-    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, typed, said.storey)
-    stated = found.plan.scale.is_known, seen.is_metric
-    report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
-    report['causes'] = [cause.as_json() for cause in causes]
-    common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
-    common.say_causes(causes, json_path)
+    report = report_match(found, seen, tree, typed, said, json_path)
     common.write_json(json_path, report)
     if plot is not None:
-        _draw(result, plot)
+        _draw(found.best, plot)
     if report['status'] != 'matched':
         raise typer.Exit(NO_ANSWER)
 
@@ -98,7 +91,7 @@ def _draw(result: MapMatch, path: Path) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class Found:
     """Matches per storey, most probable first, and the drawing of the first one."""
 
     matches: dict[str, Match]
@@ -106,6 +99,7 @@ class _Found:
 
     @property
     def best(self) -> Match:
+        """The match on the most probable storey."""
         return next(iter(self.matches.values()))
 
     def storeys(self) -> dict[str, Any]:
@@ -116,14 +110,36 @@ class _Found:
         return {'storey': self.best.storey, 'storeys': probability}
 
 
-def _matched(plans: Reading | Site, seen: RobotMap, tree: FpnetConfig) -> _Found:
+def matched(plans: Reading | Site, seen: RobotMap, tree: FpnetConfig) -> Found:
+    """Match a robot map on a drawing, or on each storey of a site."""
     from fpnet.api import match, match_site
     from fpnet_core.drawings.types import Reading
 
     if isinstance(plans, Reading):
-        return _Found({'': match(plans, seen, tree)}, plans)
+        return Found({'': match(plans, seen, tree)}, plans)
     matches = match_site(plans, seen, tree)
-    return _Found(matches, plans.storey(next(iter(matches))).plan)
+    return Found(matches, plans.storey(next(iter(matches))).plan)
+
+
+def report_match(
+    found: Found,
+    seen: RobotMap,
+    tree: FpnetConfig,
+    typed: Invocation,
+    said: common.DrawingOptions,
+    json_path: Path | None,
+) -> dict[str, Any]:
+    """Print the result of a match and the causes of a failed one; return it for ``--json``."""
+    from fpnet_core.matching.learned import LearnedMatcher
+
+    result = found.best
+    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, typed, said.storey)
+    stated = found.plan.scale.is_known, seen.is_metric
+    report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
+    report['causes'] = [cause.as_json() for cause in causes]
+    common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
+    common.say_causes(causes, json_path)
+    return report
 
 
 def _causes(

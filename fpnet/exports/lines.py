@@ -35,9 +35,7 @@ def write_dxf(model: FloorplanModel, path: Path) -> None:
     try:
         from ezdxf.filemanagement import new
     except ImportError:
-        raise ConfigError(
-            f"--export {path}: a DXF needs ezdxf; pip install 'fpnet_ros[plans]'"
-        ) from None
+        raise ConfigError(f"{path}: a DXF needs ezdxf; pip install 'fpnet_ros[plans]'") from None
     document = new('R2010')
     document.header['$INSUNITS'] = _METRES
     for layer in ('A-WALL', 'A-GLAZ', 'A-DOOR', 'A-AREA', 'A-AREA-IDEN'):

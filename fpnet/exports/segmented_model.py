@@ -46,10 +46,10 @@ def complete_model(reading: Reading) -> FloorplanModel:
     grid = segmentation.grid
     is_wall = grid.cells == OCCUPIED
     return FloorplanModel(
-        walls=tuple(ModelWall(rings, source=_SOURCE) for rings in _areas(is_wall, grid)),
+        walls=tuple(ModelWall(rings, source=_SOURCE) for rings in areas_of(is_wall, grid)),
         doors=doors,
         rooms=rooms,
-        outline=tuple(rings[0] for rings in _areas(is_wall | (segmentation.labels > 0), grid)),
+        outline=tuple(rings[0] for rings in areas_of(is_wall | (segmentation.labels > 0), grid)),
         scale=reading.scale,
         H_plan_image=reading.H_plan_image,
     )
@@ -68,7 +68,7 @@ def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
     printed = printed_rooms(reading, segmentation)
     rooms = []
     for region in segmentation.rooms:
-        areas = _areas(segmentation.labels == region.id + 1, segmentation.grid)
+        areas = areas_of(segmentation.labels == region.id + 1, segmentation.grid)
         if areas:
             rings = max(areas, key=lambda each: cv2.contourArea(each[0].astype(np.float32)))
             texts = printed.get(region.id + 1, PrintedRoom(region.id + 1))
@@ -84,7 +84,7 @@ def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
     return rooms
 
 
-def _areas(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:
+def areas_of(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:
     """Return the rings [m] of each component of a mask, along cell edges, with holes."""
     rows, cols = np.nonzero(mask)
     if not len(rows):

@@ -21,13 +21,13 @@ _LEAST_M2 = 1e-4  # numerical: smaller fragments of walls are dropped
 
 def solid_walls(model: FloorplanModel) -> list[Rings]:
     """Return the areas of walls; without walls, bands around the rooms."""
-    walls = unary_union([_polygon(wall.rings) for wall in model.walls])
+    walls = unary_union([polygon_of(wall.rings) for wall in model.walls])
     if not model.walls:
-        rooms = unary_union([_polygon(room.rings) for room in model.rooms])
-        around = [_polygon(room.rings).buffer(WALL_M, join_style=_MITRE) for room in model.rooms]
+        rooms = unary_union([polygon_of(room.rings) for room in model.rooms])
+        around = [polygon_of(room.rings).buffer(WALL_M, join_style=_MITRE) for room in model.rooms]
         walls = unary_union(around).difference(rooms)
     doors = [Polygon(rectangle(door, 2.0 * _MARGIN_M, WALL_M)) for door in model.doors]
-    return _areas(walls.difference(unary_union(doors)))
+    return rings_of(walls.difference(unary_union(doors)))
 
 
 def wall_lines(model: FloorplanModel, thickness_m: float) -> list[Array]:
@@ -37,8 +37,8 @@ def wall_lines(model: FloorplanModel, thickness_m: float) -> list[Array]:
     ])  # fmt: skip
     lines: list[Array] = []
     for room in model.rooms:
-        around = _polygon(room.rings).buffer(0.5 * thickness_m, join_style=_MITRE)
-        for rings in _areas(around):
+        around = polygon_of(room.rings).buffer(0.5 * thickness_m, join_style=_MITRE)
+        for rings in rings_of(around):
             for ring in rings:
                 closed = np.concatenate([ring, ring[:1]])
                 for start, end in pairwise(closed):
@@ -56,13 +56,13 @@ def _pieces(geometry: Any, least_m: float) -> list[Array]:
     ]
 
 
-def _polygon(rings: Rings) -> Any:
+def polygon_of(rings: Rings) -> Any:
     """Return a valid polygon of rings."""
     return Polygon(rings[0], list(rings[1:])).buffer(0.0)
 
 
-def _areas(geometry: Any) -> list[Rings]:
-    """Return the rings of each polygon, without small fragments."""
+def rings_of(geometry: Any) -> list[Rings]:
+    """Return the rings of each polygon of a shapely geometry, without small fragments."""
     found: list[Rings] = []
     for part in getattr(geometry, 'geoms', [geometry]):
         if part.geom_type == 'Polygon' and part.area > _LEAST_M2:
@@ -73,5 +73,5 @@ def _areas(geometry: Any) -> list[Rings]:
 
 def middle_of(room: ModelRoom) -> Array:
     """Return a point (2,) well inside of a room, for its name."""
-    place = _polygon(room.rings).representative_point()
+    place = polygon_of(room.rings).representative_point()
     return np.array([place.x, place.y])

@@ -204,11 +204,19 @@ class FloorplanModel:
 
         ``scale`` and ``H_plan_image`` refer to the old frame and are set to None.
         """
-        factor = float(scale_of(A[:, :2]))
 
         def move(points: Array) -> Array:
             moved: Array = points @ A[:, :2].T + A[:, 2]
             return moved
+
+        return self.mapped(move, float(scale_of(A[:, :2])))
+
+    def mapped(self, move: Callable[[Array], Array], factor: float) -> FloorplanModel:
+        """
+        Return the model with points ``(N, 2)`` mapped by ``move`` and thicknesses by ``factor``.
+
+        ``scale`` and ``H_plan_image`` refer to the old frame and are set to None.
+        """
 
         def area(each: ModelWall | ModelRoom) -> Any:
             return replace(each, rings=tuple(map(move, each.rings)))

@@ -18,7 +18,7 @@ from fpnet_core.scoring import Circumstances, PlacementScorer, Posterior, reason
 from fpnet_core.submaps.recent import RECENT_M
 from fpnet_core.types import Status
 
-_MIRROR_LOG_ODDS = 5.3  # nats, prior: one drawing in two hundred is mirrored; chosen
+MIRROR_LOG_ODDS = 5.3  # nats, prior: one drawing in two hundred is mirrored; chosen
 
 _NEWS_M2 = 5.0
 """
@@ -178,7 +178,7 @@ class HypothesisTracker:
         track = self._mirror_counted(track, posterior, mirrored)
         # Between checks of the mirror image, its last posterior is used.
         if track.mirrored is not None and not track.is_accepted:
-            posterior = self.scorer.against_mirror(posterior, track.mirrored, _MIRROR_LOG_ODDS)
+            posterior = self.scorer.against_mirror(posterior, track.mirrored, MIRROR_LOG_ODDS)
         track = replace(track, probability=posterior.best)
         is_mirrored = len(posterior.placements) > 0 and track.mirror_wins >= _MIRROR_WINS
         facts = Circumstances(

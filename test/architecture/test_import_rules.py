@@ -26,6 +26,7 @@ LAYERS = {
     'fpnet': [
         {
             'accuracy',
+            'alignment',
             'bag_writer',
             'doctor',
             'exports',

@@ -60,6 +60,9 @@ ELSEWHERE = {
         'test/integration/test_site_localize.py::'
         'test_what_was_seen_is_matched_and_compared_on_its_storey'
     ),
+    'fpnet align --floorplan plan.yaml --submap robot_map.yaml --out out/align': (
+        'test/integration/test_align_cli.py::test_transform_is_right_to_a_few_centimetres'
+    ),
     'fpnet site check site.yaml': 'test/integration/test_site_localize.py::'
     'test_site_check_says_what_looks_alike',
     'fpnet library find plans.lib --submap robot_map.yaml': (

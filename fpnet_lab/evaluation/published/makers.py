@@ -20,7 +20,7 @@ from fpnet_lab.evaluation.published.nodes import (
     seeder,
     wirings,
 )
-from fpnet_lab.evaluation.published.sites import sites
+from fpnet_lab.evaluation.published.sites import align_pairs, sites
 from fpnet_lab.evaluation.published.weights import WEIGHTS
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import (
@@ -221,6 +221,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'guidance': runs.guidance,
     'speed': runs.speed,
     'sites': sites,
+    'align_pairs': align_pairs,
     'segmentation': rooms.segmentation,
     **dict.fromkeys(('submaps', 'submaps_3000'), rooms.submaps),
     'scale': rooms.scale,

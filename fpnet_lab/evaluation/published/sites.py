@@ -50,6 +50,28 @@ _GROWTH = (
 )
 
 
+_ALIGNED = (  # numerical: digits
+    Column('robot map and plan', 'name'),
+    Column('wall', 'walls_m', Unit(' m')),
+    Column('median', 'median_m', Units.METRES.to(2, '-')),
+    Column('90 %', 'p90_m', Units.METRES.to(2, '-')),
+    Column('explained', 'explained', Units.SHARE),
+    Column('off the fitted transform', 'error_m', Units.METRES.to(2, '-')),
+    Column('at most', 'worst_m', Units.METRES.to(2, '-')),
+    Column('stated sigma', 'sigma_m', Units.METRES.to(2, '-')),
+    Column('exported map placed again', 'back_m', Units.METRES.to(2, '-')),
+    Column('Open-RMF layer', 'rmf_m', Units.METRES.to(2, '-')),
+)
+
+
+def align_pairs(report: Row) -> Figures:
+    """Return the table of robot maps aligned with their plans."""
+    pairs = report['pairs']
+    aligned = {name: row for name, row in pairs.items() if row['status'] == 'aligned'}
+    values = {'aligned': f'{len(aligned)} of {len(pairs)}'}
+    return {'': Table.of(_ALIGNED, named(aligned))}, values
+
+
 def sites(report: Row) -> Figures:
     """Return the tables of storeys, differences and libraries that the report contains."""
     tables = {}

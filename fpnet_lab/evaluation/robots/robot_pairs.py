@@ -74,7 +74,7 @@ class RobotPair:
     A floorplan and a robot map; ``A_plan_robot`` maps the map's nominal metres to the plan's.
 
     ``building`` is the name of the floorplan; ``kept`` is the remaining share of the robot map's
-    free space. ``is_metric``: both files state their scale.
+    free space. ``is_metric``: both files state their scale. ``files`` are floorplan and robot map.
     """
 
     name: str
@@ -85,6 +85,7 @@ class RobotPair:
     building: str = ''
     is_metric: bool = False
     architect: str = ''
+    files: tuple[Path, ...] = ()
 
     @property
     def drawing(self) -> BuildingFloorplan:
@@ -187,6 +188,7 @@ def _read_pair(folder: Path, entry: dict[str, str]) -> RobotPair:
         building=building,
         is_metric=all(map(states_scale, paths)),
         architect=_architect(folder.name, building),
+        files=tuple(paths),
     )
 
 
