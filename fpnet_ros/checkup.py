@@ -45,7 +45,7 @@ _TF_QUEUE = 100  # TF messages that may wait
 _TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two checked messages; of received transforms
 
 _BASE, _SENSOR = 'base', 'sensor'
-_EMPTY = SeenScan(_SENSOR, 0, np.zeros((0, 3), dtype=np.float32), None)
+_EMPTY = SeenScan(_SENSOR, 0, np.zeros((0, 3), dtype=np.float32), None)  # numerical
 _NO_STAMPS = np.zeros(0, dtype=np.int64)
 
 

@@ -79,6 +79,7 @@ class LocalizerNode(ManagedNode):
         self._told: LocalizerReport | None = None  # of the last update
         self._next_look = lru_cache(maxsize=1)(self._look_on)
         self._update: Future[None] | None = None
+        self._saving: Future[str] | None = None
         self._localizer = localizer = create_site_localizer(config)
         if TFMessage is None and parameters.sends_tf:
             logger.warning(f'no TF: {NO_TF}')
@@ -146,7 +147,7 @@ class LocalizerNode(ManagedNode):
         self._out.path_spacing_m = parameters.path_spacing_m
         self._localizer.follow(thresholds)
 
-    # ---- inputs: the executor's thread
+    # ---- inputs, services and timers: the executor's thread
 
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
@@ -161,8 +162,6 @@ class LocalizerNode(ManagedNode):
         policy = self._config.value.localizer.scale_policy
         self._updates.submit(self._take_floorplan, plan, policy)
 
-    # ---- services: the executor's thread
-
     def _relocalize(self) -> None:
         self._localizer.relocalize()
         if self.is_active:
@@ -174,8 +173,6 @@ class LocalizerNode(ManagedNode):
 
     def _save(self) -> Future[str] | None:
         return self._updates.submit(self._state_file.save) if self._is_configured else None
-
-    # ---- timers: the executor's thread
 
     def _start_update(self) -> None:
         if self.is_active and (self._update is None or self._update.done()):
@@ -201,8 +198,9 @@ class LocalizerNode(ManagedNode):
         self._out.publish_diagnostics(news, self._checkup.findings(), self._now_ns())
 
     def _autosave(self) -> None:
-        if self.is_active and self._newest is not None:
-            self._save()
+        is_free = self._saving is None or self._saving.done()  # a slow disk delays no update
+        if is_free and self.is_active and self._newest is not None:
+            self._saving = self._save()
 
     # ---- scans: their own thread
 
