@@ -154,8 +154,11 @@ class SeederNode(OwnValues):
             self._log.report(error)
 
     def _on_tf(self, msg: Any) -> None:
+        frame, base = self._settings.map_frame, self._settings.base_frame
         for t in transforms_from_msg(msg, self._log.report):
             self._tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+            if self._state.is_new and self._tree.lookup(frame, base, t.stamp_ns) is not None:
+                self._state = self._state.has_heard()
 
     def _on_tf_static(self, msg: Any) -> None:
         for t in transforms_from_msg(msg, self._log.report):

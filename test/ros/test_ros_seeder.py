@@ -186,19 +186,21 @@ def test_a_robot_carried_off_ten_times_is_told_its_place_ten_times(bench):
 def _amcl(node):
     publisher = node.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', LATCHED)
     cov = 0.01 * np.eye(3)
-    return lambda pose, ns: publisher.publish(uncertain_pose_to_msg(pose, cov, ns, 'map'))
+    return publisher, lambda pose, ns: publisher.publish(
+        uncertain_pose_to_msg(pose, cov, ns, 'map')
+    )
 
 
 def _odometry(node):
     publisher = node.create_publisher(Odometry, 'amcl_pose', STREAM)
-    return lambda pose, ns: publisher.publish(
+    return publisher, lambda pose, ns: publisher.publish(
         odometry_to_msg(pose.as_matrix4(), ns, 'map', 'base_link')
     )
 
 
 def _pose(node):
     publisher = node.create_publisher(PoseStamped, 'amcl_pose', STREAM)
-    return lambda pose, ns: publisher.publish(pose_to_msg(pose, ns, '/map'))
+    return publisher, lambda pose, ns: publisher.publish(pose_to_msg(pose, ns, '/map'))
 
 
 def _tf(node):
@@ -212,7 +214,7 @@ def _tf(node):
             transform = transform_to_msg(T.as_matrix4(), stamp_ns, parent, child)
             publisher.publish(tf2_msgs.TFMessage(transforms=[transform]))
 
-    return publish
+    return publisher, publish
 
 
 SOURCES = {'pose_with_covariance': _amcl, 'odometry': _odometry, 'pose': _pose, 'tf': _tf}
@@ -221,8 +223,9 @@ SOURCES = {'pose_with_covariance': _amcl, 'odometry': _odometry, 'pose': _pose, 
 @pytest.mark.parametrize('source', SOURCES)
 def test_it_says_where_another_localizer_is(bench, source):
     """The robot's own localizer publishes from the start: it is watched, and told on request."""
-    publish = SOURCES[source](bench.node)
+    publisher, publish = SOURCES[source](bench.node)
     robot = Robot(bench, {'other_source': source, 'reseed': False})
+    assert bench.wait_for(publisher.get_subscription_count, PATIENCE_S)
     apart = SE2.from_xy_yaw(4.0, 3.0, 0.0)
 
     def steps(count, off, condition=lambda: False):
