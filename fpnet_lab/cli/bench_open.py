@@ -13,7 +13,7 @@ from fpnet.cli import common
 from fpnet.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import finish
 
 app = typer.Typer(
     help='Run any program on cases with hidden truth, and score its answers.',
@@ -174,10 +174,9 @@ def score(
     read = CaseSet.read(cases)
     runs = {run.name: run for folder in results for run in read_runs(folder, read)}
     report = open_report(read, list(runs.values()))
-    write_report(json_path, report)
-    tables = [table.markdown() for table in open_figures(report)[0].values()]
     if markdown is not None:
+        tables = open_figures(report)[0].values()
         markdown.parent.mkdir(parents=True, exist_ok=True)
-        markdown.write_text('\n\n'.join(tables) + '\n', encoding='utf-8')
-    for table in tables:
-        common.say(f'\n{table}', json_path)
+        text = '\n\n'.join(table.markdown() for table in tables)
+        markdown.write_text(f'{text}\n', encoding='utf-8')
+    finish('open', json_path, report)

@@ -11,11 +11,10 @@ import json
 from pathlib import Path
 import re
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.io.truth import read_json
-from fpnet_lab.evaluation.open_benchmark.programs import Program
 from fpnet_lab.evaluation.open_benchmark.protocol import (
     CASES_NAME,
     CaseSet,
@@ -24,6 +23,9 @@ from fpnet_lab.evaluation.open_benchmark.protocol import (
     read_answer,
     write_answer,
 )
+
+if TYPE_CHECKING:  # it loads the localizer and all baselines
+    from fpnet_lab.evaluation.open_benchmark.programs import Program
 
 RUN_NAME, ANSWERS_NAME = 'run.json', 'answers'
 _REMEDY = 'run the program with: fpnet bench open run'

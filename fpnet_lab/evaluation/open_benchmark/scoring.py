@@ -209,6 +209,7 @@ _DRIVES = (
     Column('within 1 m, T = 100', of('successes', 'sequences')),
     *columns(Units.NUMBER.to(2, 'none'), {'ece': 'ECE', 'brier': 'Brier'}),
 )
+_MADE = ('track', 'seed', 'count', 'sensor')
 _ELSEWHERE = {
     PlanIs.FOREIGN: "claimed on other buildings' plans",
     PlanIs.MIRRORED: 'on mirrored plans',
@@ -235,8 +236,12 @@ def open_figures(report: Row) -> Figures:
         for kind, title in _INPUTS.items()
         if any(row[kind.value] for row in rows)
     ]
-    short = [_DRIVES[0], *wrong, *small]
-    return {'': Table.of(_DRIVES, rows), 'more': Table.of(short, rows)}, {}
+    options = ', '.join(f'{key} {report[key]}' for key in _MADE if key in report)
+    note = f'{report["cases"]} cases: {options}.'
+    return {
+        '': Table.of(_DRIVES, rows, note),
+        'more': Table.of([_DRIVES[0], *wrong, *small], rows),
+    }, {}
 
 
 def _right_and_wrong(name: str) -> Callable[[Row], str]:

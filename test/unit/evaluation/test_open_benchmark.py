@@ -5,6 +5,7 @@
 import hashlib
 import json
 from pathlib import Path
+import re
 import runpy
 import sys
 
@@ -31,6 +32,9 @@ from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.plans import generate_plan
 
 FETCH = Path(__file__).resolve().parents[3] / 'benchmarks' / 'fetch_open_data.py'
+
+PAGE = Path(__file__).resolve().parents[3] / 'docs' / 'open_benchmark.md'
+[EXAMPLE] = re.findall(r'^```python\n(.*?)^```', PAGE.read_text('utf-8'), re.DOTALL | re.MULTILINE)
 
 CANNOT_SAY = """
 import sys
@@ -128,6 +132,16 @@ def test_a_newcomers_program_that_cannot_say_is_never_right_nor_wrong(folder, tm
     assert scores['drive_right'] == scores['drive_claimed_wrong'] == scores['failed'] == 0
     assert scores['foreign_claimed'] == scores['mirrored_claimed'] == 0
     assert (scores['first_pose_m'], scores['ece'], scores['challenge']) == (None, None, 0.0)
+
+
+def test_the_pages_example_is_a_program(folder, tmp_path):
+    scores = ran(folder, tmp_path, EXAMPLE)
+    assert scores['failed'] == scores['drive_right'] == 0
+    row = "[(0, *frame['origin'], 'localized', 0.7)]"
+    scores = ran(folder, tmp_path, EXAMPLE.replace('return []', f'return {row}'))
+    assert scores['failed'] == 0
+    assert (scores['drive_claimed_wrong'], scores['map_claimed_wrong']) == (1, 1)
+    assert (scores['first_pose_m'], scores['ece']) == (0.0, pytest.approx(0.7))
 
 
 def test_the_truth_is_right_and_its_claims_on_other_plans_are_counted(folder, tmp_path):
