@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -14,6 +14,9 @@ from fpnet.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import finish
+
+if TYPE_CHECKING:
+    from fpnet_lab.evaluation.open_benchmark.programs import Program
 
 app = typer.Typer(
     help='Run any program on cases with hidden truth, and score its answers.',
@@ -61,7 +64,7 @@ def make(
     """
     from fpnet_lab.evaluation.open_benchmark.writing import write_cases
 
-    made = {'track': track, 'seed': seed or 0}
+    made: dict[str, Any] = {'track': track, 'seed': seed or 0}
     if track == 'real':
         from fpnet_lab.evaluation.open_benchmark.real import Manifest, real_buildings
 
@@ -122,25 +125,19 @@ def run(
     them as {plan} {scans} {out} or leave them out. It never gets the truth. A failed command
     counts as "cannot say" and is named.
 
-    Example: fpnet bench open run --cases out/cases --program 'me=python mine.py' --out out/results
+    Example: fpnet bench open run --cases out/cases --program 'python mine.py' --out out/results
 
     Example: fpnet bench open run --cases out/cases --program all --out out/results
     """
     tree = common.load(config, settings, seed)
-    from fpnet_lab.evaluation.open_benchmark.programs import CommandProgram, own_programs
+    from fpnet_lab.evaluation.open_benchmark.programs import own_programs, program_named
     from fpnet_lab.evaluation.open_benchmark.protocol import CaseSet
     from fpnet_lab.evaluation.open_benchmark.running import run_programs
 
     known = own_programs(tree)
-    chosen = {}
+    chosen: dict[str, Program] = {}
     for said in programs or ['fpnet']:
-        name, equals, command = said.partition('=')
-        if said == 'all':
-            chosen |= known
-        elif equals:
-            chosen[name] = CommandProgram(command, timeout_s)
-        else:
-            chosen[said] = options.named('program', said, known)
+        chosen |= program_named(said, known, timeout_s)
     read = CaseSet.read(cases)
     with progress('cases', len(read.cases) * len(chosen)) as advance:
         failures = run_programs(read, chosen, out, lambda: advance(1.0))

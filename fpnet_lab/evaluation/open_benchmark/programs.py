@@ -12,18 +12,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
+import re
 import shlex
 import subprocess
 import tempfile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet.api import read_robot_map
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
-from fpnet_core.errors import FpnetError
+from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import YAML_SUFFIXES, read_map
 from fpnet_core.io.recordings import open_scans
@@ -49,8 +51,34 @@ from fpnet_lab.evaluation.raster_methods import RASTER_METHODS
 Program = Callable[[Path, Path], StatedPoses]
 """Places the scans in a folder on a plan; both are paths."""
 
+_NAMED = re.compile(r'([\w.-]+)=')
 _SHOWN_CHARACTERS = 200  # numerical: of a failed program's last line
 _STEP_M = 0.1  # numerical: distance over which a heading is mapped
+
+
+def program_named(said: str, known: Mapping[str, Program], timeout_s: float) -> dict[str, Program]:
+    """
+    Return the programs that a user names: one, or all ``known`` ones.
+
+    A command is ``NAME=COMMAND``, or ``COMMAND`` of several words, named after its file.
+
+    Raises
+    ------
+    ConfigError
+        If a single word is not known, or a command cannot be split into words.
+    """
+    if said == 'all' or said in known:
+        return {name: known[name] for name in known if said in ('all', name)}
+    named = _NAMED.match(said)
+    command = said[named.end() :] if named else said
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise ConfigError(f'cannot read the command {command!r}: {error}') from None
+    files = [word for word in words if not word.startswith(('{', '-'))]
+    if not files or (named is None and len(words) < 2):
+        raise ConfigError(f'unknown program {said!r}; choose one of {", ".join(known)}')
+    return {named[1] if named else Path(files[-1]).stem: CommandProgram(command, timeout_s)}
 
 
 @dataclass(frozen=True)
@@ -114,7 +142,7 @@ class _Prepared:
 class PlanarFrame:
     """Map from a parse's frame to that of the case's plan; None: both are the same."""
 
-    H_plan_parse: np.ndarray | None
+    H_plan_parse: NDArray[np.float64] | None
 
     def stated(self, poses: PlanarTrajectory) -> PlanarTrajectory:
         """Return poses of the parse's frame in the plan's frame."""
@@ -204,7 +232,9 @@ def answer_of(run: MethodRun) -> StatedPoses:
     updates = np.array([belief.stamp_ns for belief in run.beliefs], dtype=np.int64)
     latest = np.searchsorted(updates, odometry.stamps_ns, side='right') - 1
     published = {int(ns): index for index, ns in enumerate(run.published.stamps_ns)}
-    kept, claims, said = PlanarTrajectory.empty(), [], []
+    kept = PlanarTrajectory.empty()
+    claims: list[bool] = []
+    said: list[float] = []
     for index, stamp_ns in enumerate(odometry.stamps_ns.tolist()):
         belief = run.beliefs[latest[index]] if latest[index] >= 0 else None
         if stamp_ns in published:

@@ -175,6 +175,15 @@ def test_the_truth_of_another_building_is_wrong(folder, tmp_path):
     assert all(scores[f'{each.value}_right'] == 0 for each in InputIs)
 
 
+def test_a_command_without_a_name_has_that_of_its_file(folder, tmp_path, capsys):
+    (tmp_path / 'mine.py').write_text(CANNOT_SAY)
+    command = f'{sys.executable} {tmp_path / "mine.py"} {{plan}} {{scans}} {{out}}'
+    assert call('run', '--cases', folder, '--program', command, '--out', tmp_path / 'out') == 0
+    assert (tmp_path / 'out' / 'mine' / 'run.json').exists()
+    assert call('run', '--cases', folder, '--program', 'fpnt', '--out', tmp_path / 'out') == 1
+    assert "unknown program 'fpnt'; choose one of fpnet, " in capsys.readouterr().err
+
+
 def test_plain_lines_claim_with_probability_one(folder, tmp_path):
     scores = ran(folder, tmp_path, ALWAYS)  # odometry, in a frame of its own
     assert scores['drive_claimed_wrong'] == 1
