@@ -50,7 +50,8 @@ def run_rivals(
 
     ``clouds`` are the methods of :data:`CLOUD_METHODS` to run as well.
     """
-    methods = {**BASELINES, **{name: partial(_cloud, name) for name in clouds}}
+    methods: dict[str, Baseline] = dict(BASELINES)
+    methods |= {name: partial(_cloud, name) for name in clouds}
     return {name: run(product, registrar, config) for name, run in methods.items()}
 
 
