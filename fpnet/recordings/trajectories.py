@@ -66,12 +66,12 @@ def read_tum(path: Path | str) -> Trajectory:
         If the file is missing, has no pose, or a line is malformed.
     """
     path = Path(path)
-    rows = _read_rows(path)
+    rows = read_rows(path)
     if rows and len(rows[0]) != _TUM_COLUMNS:
         raise OdometryError(
             f'{path}: expected TUM lines "t x y z qx qy qz qw", got {len(rows[0])} columns'
         )
-    return _parse_rows(rows, path)
+    return parse_poses(rows, path)
 
 
 def read_poses(path: Path | str) -> Trajectory:
@@ -91,7 +91,7 @@ def read_poses(path: Path | str) -> Trajectory:
     path = Path(path)
     if path.suffix.lower() == '.npy':
         return _checked(Trajectory(*_read_npy(path)), path)
-    return _parse_rows(_read_rows(path), path)
+    return parse_poses(read_rows(path), path)
 
 
 def write_covariances(path: Path | str, stamps_ns: ArrayLike, covariances: ArrayLike) -> None:
@@ -154,7 +154,8 @@ def write_tum(
     path.write_text(''.join(lines), encoding='utf-8')
 
 
-def _read_rows(path: Path) -> list[list[str]]:
+def read_rows(path: Path) -> list[list[str]]:
+    """Return the words of each line; raise OdometryError if the file cannot be read as text."""
     try:
         text = regular(path).read_text(encoding='utf-8')
     except OSError as error:
@@ -165,7 +166,8 @@ def _read_rows(path: Path) -> list[list[str]]:
     return [line for line in lines if line]
 
 
-def _parse_rows(rows: list[list[str]], path: Path) -> Trajectory:
+def parse_poses(rows: list[list[str]], path: Path) -> Trajectory:
+    """Return the poses in the rows of ``path``; raises as :func:`read_poses`."""
     if not rows:
         raise OdometryError(f'{path} holds no pose')
     columns = len(rows[0])

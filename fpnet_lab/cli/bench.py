@@ -12,6 +12,7 @@ from fpnet_lab.cli import (
     bench_figures,
     bench_localization,
     bench_matching,
+    bench_open,
     bench_peers,
     bench_regression,
     bench_scale,
@@ -28,6 +29,7 @@ app.command('drawings')(bench_drawings.command)
 app.command('figures')(bench_figures.command)
 app.command('matching')(bench_matching.command)
 app.command('localization')(bench_localization.command)
+app.add_typer(bench_open.app, name='open')
 app.command('peers')(bench_peers.command)
 app.command('regression')(bench_regression.command)
 app.command('scale')(bench_scale.command)

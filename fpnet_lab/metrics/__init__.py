@@ -5,6 +5,7 @@
 from fpnet_lab.metrics.averages import mean, share
 from fpnet_lab.metrics.calibration import (
     Reliability,
+    brier_score,
     expected_calibration_error,
     reliability_bins,
 )
@@ -16,6 +17,7 @@ __all__ = [
     'PlacementError',
     'Reliability',
     'auc',
+    'brier_score',
     'count_matches',
     'expected_calibration_error',
     'matching_score',

@@ -63,3 +63,8 @@ def expected_calibration_error(
         return 0.0
     stated, right, count = reliability_bins(probability, is_right)
     return float(np.nansum(np.abs(stated - right) * count) / len(probability))
+
+
+def brier_score(probability: NDArray[np.float64], is_right: NDArray[np.bool_]) -> float:
+    """Return the mean squared distance of probabilities ``(K,)`` from 0 or 1 (Brier 1950)."""
+    return float(np.mean((probability - is_right) ** 2)) if len(probability) else 0.0

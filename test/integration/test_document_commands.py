@@ -79,6 +79,12 @@ ELSEWHERE = {
     'test_the_command_reports_and_names_what_it_skipped',
     'fpnet bench calibration': 'test/integration/test_scorer_trials.py::'
     'test_the_benchmark_measures_what_is_packaged_and_draws_it',
+    'fpnet bench open make': 'test/unit/evaluation/test_open_benchmark.py::'
+    'test_generated_cases_hold_scans_whose_truth_is_on_the_walls',
+    'fpnet bench open run': 'test/unit/evaluation/test_open_benchmark.py::'
+    'test_own_programs_answer_the_same_twice_and_stand_side_by_side',
+    'fpnet bench open score': 'test/unit/evaluation/test_open_benchmark.py::'
+    'test_the_truth_is_right_and_its_claims_on_other_plans_are_counted',
     'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::'
     'test_rates_are_what_was_made_over_the_time_that_it_took',
 }

@@ -17,6 +17,7 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import PreparedMap
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_lab.baselines.monte_carlo import planar_slice
@@ -95,10 +96,16 @@ class ProductRun:
 
 
 def run_product(
-    scans: Iterable[Scan], plan: GridMap, config: FpnetConfig, update_period_s: float
+    scans: Iterable[Scan],
+    plan: GridMap,
+    config: FpnetConfig,
+    update_period_s: float,
+    scale: ScaleEstimate | None = None,
 ) -> ProductRun:
     """
     Run the localizer over registered scans, with updates in sensor time.
+
+    ``scale`` is the prior of a drawing whose scale is unknown.
 
     Raises
     ------
@@ -106,7 +113,7 @@ def run_product(
         If the plan has no room or the weights cannot be used.
     """
     localizer = create_localizer(config)
-    localizer.set_plan(plan)
+    localizer.set_plan(plan, scale)
     rss_mb = [0.0]
     result = replay(
         scans, localizer, update_period_s, on_scan=lambda: rss_mb.append(resident_mb())

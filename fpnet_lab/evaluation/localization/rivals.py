@@ -50,28 +50,34 @@ def run_rivals(
 
     ``clouds`` are the methods of :data:`CLOUD_METHODS` to run as well.
     """
-    scales = allowed_scales(config.pose.scale_tolerance)
-    search, plan = BranchAndBound(product.plan.evidence, scales), product.plan.segmentation.grid
-    return {
-        'matcher_ransac': _run_on_updates(product, product.updates, _ransac(product)),
-        'branch_and_bound': _run_on_updates(
-            product,
-            _checkpoints(product, CHECKPOINTS_M),
-            _timed(lambda sub: search.place(map_evidence(sub))),
-        ),
-        'correlative': _run_on_updates(
-            product,
-            _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
-            _timed(partial(_correlated, plan, scales)),
-        ),
-        'monte_carlo': _monte_carlo(product, registrar, config.seed),
-        **{
-            name: _run_on_updates(
-                product, _checkpoints(product, CHECKPOINTS_M), _timed(CLOUD_METHODS[name](plan))
-            )
-            for name in clouds
-        },
-    }
+    methods: dict[str, Baseline] = dict(BASELINES)
+    methods |= {name: partial(_cloud, name) for name in clouds}
+    return {name: run(product, registrar, config) for name, run in methods.items()}
+
+
+def _matcher_ransac(product: ProductRun, registrar: Registrar, config: FpnetConfig) -> MethodRun:
+    del registrar, config  # unused: all baselines share one signature
+    return _run_on_updates(product, product.updates, _ransac(product))
+
+
+def _branch_and_bound(product: ProductRun, registrar: Registrar, config: FpnetConfig) -> MethodRun:
+    del registrar
+    search = BranchAndBound(product.plan.evidence, allowed_scales(config.pose.scale_tolerance))
+    look = _timed(lambda sub: search.place(map_evidence(sub)))
+    return _run_on_updates(product, _checkpoints(product, CHECKPOINTS_M), look)
+
+
+def _correlative(product: ProductRun, registrar: Registrar, config: FpnetConfig) -> MethodRun:
+    del registrar
+    plan, scales = product.plan.segmentation.grid, allowed_scales(config.pose.scale_tolerance)
+    look = _timed(partial(_correlated, plan, scales))
+    return _run_on_updates(product, _checkpoints(product, CORRELATIVE_CHECKPOINTS_M), look)
+
+
+def _cloud(name: str, product: ProductRun, registrar: Registrar, config: FpnetConfig) -> MethodRun:
+    del registrar, config
+    look = _timed(CLOUD_METHODS[name](product.plan.segmentation.grid))
+    return _run_on_updates(product, _checkpoints(product, CHECKPOINTS_M), look)
 
 
 def _ransac(product: ProductRun) -> Look:
@@ -168,9 +174,9 @@ class _Claim:
     is_accepted: bool
 
 
-def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> MethodRun:
+def _monte_carlo(product: ProductRun, registrar: Registrar, config: FpnetConfig) -> MethodRun:
     """Run the particle filter on the planar slice of every scan."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(config.seed)
     filter_ = MonteCarlo(product.plan.evidence, rng, MonteCarloSettings())
     odometry = product.run.odometry
     answers: list[_Claim] = []
@@ -204,3 +210,15 @@ def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> Method
         add_scan_ms=np.array(add_ms),
         rss_mb=rss_mb,
     )
+
+
+Baseline = Callable[[ProductRun, Registrar, FpnetConfig], MethodRun]
+"""Runs a method on the submaps and the odometry of a localizer's run."""
+
+BASELINES: dict[str, Baseline] = {
+    'matcher_ransac': _matcher_ransac,
+    'branch_and_bound': _branch_and_bound,
+    'correlative': _correlative,
+    'monte_carlo': _monte_carlo,
+}
+"""Baselines by name that need no additional package."""

@@ -12,6 +12,7 @@ import math
 from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
+from fpnet_lab.evaluation.open_benchmark.scoring import open_figures
 from fpnet_lab.evaluation.published import code, rooms, runs, scoring, simulator
 from fpnet_lab.evaluation.published.nodes import (
     cloud_transport,
@@ -205,6 +206,7 @@ def _stated_scales(report: Row) -> Figures:
 MAKERS: dict[str, Callable[[Row], Figures]] = {
     'localization': _localization,
     'peers': peers,
+    'open': open_figures,
     **dict.fromkeys(('drawings', 'drawings_pdf', 'drawings_svg', 'drawings_dxf'), _drawings),
     'stated_scales': _stated_scales,
     'demo': runs.demo,

@@ -78,6 +78,19 @@ def test_figures_of_peers_are_of_what_all_methods_met():
     assert peer_figures([]) == {}
 
 
+def test_figures_of_the_open_benchmark():
+    tables = published('open', REPORTS['open'](), MADE)
+    ours, silent = rows(tables['open'])[2:4]
+    assert ours[:6] == ['`fpnet`', '2 of 3', '1 of 3', '0 of 3', '4.2 m', '7.5 s']
+    assert ours[6:] == ['0.07 m', '0.3 deg', '91', '2 of 3', '0.05', '0.03']
+    assert silent[4:] == ['none', 'none', 'none', 'none', '0', '0 of 3', 'none', 'none']
+    assert '21 cases: track sheets, seed 1, count 3.' in tables['open']
+    titles, _, more, _ = rows(tables['open.more'])
+    assert titles[1:3] == ["claimed on other buildings' plans", 'on mirrored plans']
+    assert titles[3] == 'finished map', 'the track has no other floors'
+    assert more[1:4] == ['0 of 3', '1 of 3', '2 of 3, 0 wrong']
+
+
 def test_figures_of_drawings_and_stated_scales():
     figures = published('drawings', DRAWINGS, MADE)
     assert figures['drawings.right'] == '63 %'
