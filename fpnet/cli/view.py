@@ -46,6 +46,14 @@ _RateOption = Annotated[
     float,
     typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as possible.'),
 ]
+_PosterOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--poster',
+        metavar='OUT',
+        help='Write the run of a folder as one picture (.png, .svg or .pdf) and exit.',
+    ),
+]
 _EndOption = Annotated[
     bool, typer.Option('--end', help='Exit when the run ends; default: wait for Ctrl-C.')
 ]
@@ -61,6 +69,7 @@ def command(
     rate: _RateOption = 1.0,
     port: common.PortOption = common.DEFAULT_PORT,
     end: _EndOption = False,
+    poster: _PosterOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
@@ -77,14 +86,23 @@ def command(
 
     Example: fpnet view out/run --rate 4
 
+    Example: fpnet view out/run --poster poster.png
+
     Example: fpnet view --nodes --namespace /robot_1
     """
     if nodes is (source is not None):
         raise ConfigError('give a recording, the folder of a run, or --nodes')
+    if source is None and poster is not None:
+        raise ConfigError('--poster needs the folder of a run, which fpnet localize --out writes')
     if source is None:
         _watch_nodes(namespace, port, end)
         return
     report = common.check_input(source) / common.REPORT_NAME
+    if poster is not None:
+        from fpnet.report.poster import write_poster
+
+        write_poster(poster, report)
+        return
     if report.is_file():
         _show_again(report, port, rate, end)
         return

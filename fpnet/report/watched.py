@@ -70,7 +70,7 @@ class WatchedRun:
         if record.outputs and update.output.stamp_ns < record.outputs[-1].stamp_ns:
             record = RunRecord(record.title, '', record.plan)  # time jumped back
             self._live.begin(record.title, record.plan)
-        self._record = record = with_tick(record, update)
+        self._record = record = with_update(record, update)
         is_its = self._said.startswith(update.output.said)
         self._live.show(record, self._said if is_its else '')
 
@@ -91,7 +91,7 @@ class WatchedRun:
             self._live.close()
 
 
-def with_tick(record: RunRecord, update: ShownTick) -> RunRecord:
+def with_update(record: RunRecord, update: ShownTick) -> RunRecord:
     """Return the record with another update; of earlier ones, only the brief form is kept."""
     before = map(in_brief, record.outputs[-1:])
     outputs = (*record.outputs[:-1], *before, update.output)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import colorsys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,26 @@ if TYPE_CHECKING:
 
 Colour = tuple[float, float, float]
 
+
+class Shades(NamedTuple):
+    """Greys of walls and of unknown cells in [0, 1], and the opacity of a room's colour."""
+
+    wall: float
+    unknown: float
+    tint: float
+
+
+SHADES = Shades(wall=0.25, unknown=0.93, tint=0.55)
+"""Shades of maps whose rooms are the subject. Chosen."""
+
+PALE = Shades(wall=0.62, unknown=1.0, tint=0.18)
+"""Shades of a plan below observed walls and paths. Chosen."""
+
 DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 """Colour of doors in all plots. Chosen."""
 
 # Chosen, not measured:
-_GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
-_TINT = 0.55  # opacity of a room's colour
 # Hues a golden angle apart stay distinct for any number of regions.
 _GOLDEN = 0.6180339887498949  # numerical
 
@@ -60,11 +73,11 @@ def label_xy(region: Region) -> tuple[float, float]:
     return float(middle.x), float(middle.y)
 
 
-def draw_grid(ax: Axes, grid: GridMap) -> None:
-    """Draw a grid in its own frame: free white, unknown light grey, occupied dark."""
-    grey = np.full(grid.shape, _GREY_UNKNOWN)
-    grey[grid.cells == FREE] = _GREY_FREE
-    grey[grid.cells == OCCUPIED] = _GREY_OCCUPIED
+def draw_grid(ax: Axes, grid: GridMap, shades: Shades = SHADES) -> None:
+    """Draw a grid in its own frame: free white, unknown and occupied in their shades of grey."""
+    grey = np.full(grid.shape, shades.unknown)
+    grey[grid.cells == FREE] = 1.0
+    grey[grid.cells == OCCUPIED] = shades.wall
     show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
     corners = corners_xy(grid)
     ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
@@ -91,7 +104,7 @@ def draw_segmentation(
     for room in segmentation.rooms:
         tint[segmentation.labels == room.id + 1] = (
             *chosen.get(room.id, region_colour(room.id)),
-            _TINT,
+            SHADES.tint,
         )
         if with_ids:
             ax.annotate(str(room.id), label_xy(room), ha='center', va='center', fontsize=7)
@@ -103,7 +116,9 @@ def draw_segmentation(
 
 
 def painted(
-    segmentation: Segmentation, colours: Mapping[int, Colour] | None = None
+    segmentation: Segmentation,
+    colours: Mapping[int, Colour] | None = None,
+    shades: Shades = SHADES,
 ) -> NDArray[np.uint8]:
     """
     Return the cells as an image ``(H, W, 3)`` in sRGB, row 0 at the grid's row 0.
@@ -114,13 +129,14 @@ def painted(
     chosen = colours or {}
     cells = segmentation.grid.cells
     known = [cells == FREE, cells == OCCUPIED]
-    shades = np.select(known, [_GREY_FREE, _GREY_OCCUPIED], _GREY_UNKNOWN)
-    image = np.repeat(shades[..., None], 3, axis=2)
+    greys = np.select(known, [1.0, shades.wall], shades.unknown)
+    image = np.repeat(greys[..., None], 3, axis=2)
     tints = np.zeros((len(segmentation.regions) + 1, 3))
     for room in segmentation.rooms:
         tints[room.id + 1] = chosen.get(room.id, region_colour(room.id))
     inside = segmentation.labels > 0
-    image[inside] = (1.0 - _TINT) * image[inside] + _TINT * tints[segmentation.labels[inside]]
+    image[inside] = (1.0 - shades.tint) * image[inside]
+    image[inside] += shades.tint * tints[segmentation.labels[inside]]
     return np.asarray(np.rint(255.0 * image), dtype=np.uint8)
 
 

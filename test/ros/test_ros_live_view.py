@@ -55,7 +55,7 @@ class Viewer:
 
     @property
     def updates(self) -> list[dict]:
-        return [event['moment'] for event in list(self.events) if event['kind'] == 'tick']
+        return [event['moment'] for event in list(self.events) if event['kind'] == 'update']
 
     def has(self, status: str) -> bool:
         return any(update['status'] == status for update in self.updates)

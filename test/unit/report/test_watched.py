@@ -10,7 +10,7 @@ import pytest
 
 from fpnet.cli import main
 from fpnet.report.record import RunRecord
-from fpnet.report.watched import WatchedRun, with_tick
+from fpnet.report.watched import WatchedRun, with_update
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.serialization import ShownPlan, ShownTick, packed, unpacked
@@ -48,7 +48,7 @@ def test_what_is_cut_off_or_of_another_kind_is_one_line(made_up_run):
 def test_old_ticks_are_kept_small_and_poses_once(made_up_run):
     record = RunRecord('', '', made_up_run.plan)
     for index in range(3):
-        record = with_tick(record, update(made_up_run, index, poses=made_up_run.published))
+        record = with_update(record, update(made_up_run, index, poses=made_up_run.published))
     assert [output.status for output in record.outputs] == [
         output.status for output in made_up_run.outputs
     ]
@@ -109,7 +109,7 @@ def test_poses_that_come_again_are_left_out(made_up_run):
     poses = made_up_run.published
     one = PlanarTrajectory(poses.stamps_ns[:1], poses.xy[:1], poses.yaw[:1])
     record = replace(made_up_run, published=one)
-    joined = with_tick(record, update(made_up_run, 2, poses=poses)).published
+    joined = with_update(record, update(made_up_run, 2, poses=poses)).published
     np.testing.assert_array_equal(joined.stamps_ns, poses.stamps_ns)
 
 

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The poster of a run: walls, path and robot on the plan, and what it refuses."""
+
+from dataclasses import replace
+
+import numpy as np
+from PIL import Image
+import pytest
+
+from fpnet.cli import main
+from fpnet.report import write_run_report
+from fpnet.viz.colours import LIDAR_COLOUR
+from fpnet_core.types import Status
+
+
+def poster(run, folder, name='poster.png'):
+    write_run_report(folder / 'report.html', run)
+    main(['view', str(folder), '--poster', str(folder / name)])
+    return folder / name
+
+
+def blue_share(path):
+    """The share of pixels in the colour of lidar walls."""
+    pixels = np.asarray(Image.open(path).convert('RGB')).astype(int)
+    blue = np.array([int(LIDAR_COLOUR[k : k + 2], 16) for k in (1, 3, 5)])
+    return (np.abs(pixels - blue).max(axis=2) < 60).mean()
+
+
+def test_it_shows_the_walls_that_were_seen_on_the_plan(made_up_run, tmp_path):
+    waiting = replace(made_up_run, outputs=made_up_run.outputs[:1])
+    assert blue_share(poster(made_up_run, tmp_path)) > 0.005
+    assert blue_share(poster(waiting, tmp_path)) < 0.001
+
+
+@pytest.mark.parametrize(('name', 'start'), [('p.svg', b'<?xml'), ('p.pdf', b'%PDF')])
+def test_it_is_also_a_vector_drawing(made_up_run, tmp_path, name, start):
+    assert poster(made_up_run, tmp_path, name).read_bytes().startswith(start)
+
+
+def test_a_run_without_a_pose_says_so(made_up_run, tmp_path):
+    ambiguous = replace(made_up_run.outputs[1], status=Status.AMBIGUOUS)
+    path = poster(replace(made_up_run, outputs=(ambiguous,), figures={}), tmp_path, 'p.svg')
+    assert blue_share(poster(replace(made_up_run, outputs=(ambiguous,)), tmp_path)) > 0.005
+    assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['--poster', 'p.gif'], 'a poster is one of .png, .svg, .pdf'),
+        (['--nodes', '--poster', 'p.png'], 'needs the folder of a run'),
+    ],
+)
+def test_what_cannot_be_made_is_one_line(made_up_run, tmp_path, capsys, words, said):
+    write_run_report(tmp_path / 'report.html', made_up_run)
+    source = [] if '--nodes' in words else [str(tmp_path)]
+    with pytest.raises(SystemExit) as ended:
+        main(['view', *source, *words])
+    assert ended.value.code == 1
+    assert said in capsys.readouterr().err
