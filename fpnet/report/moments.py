@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from fpnet.report.pictures import grid_picture
 from fpnet.report.record import RunRecord, best_placement_error, position_sigma
-from fpnet.viz.segmentation import label_xy, painted, partner_colours
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet.viz.segmentation import label_xy, painted, partner_colours, turned
+from fpnet_core.geometry import Affine2D
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.localizer.kept import is_brief
 from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
@@ -156,11 +155,9 @@ def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> 
     partners = {} if output.match is None else _partners(output)
     doors = {door.id for door in sub.doors}
     colours = partner_colours(sub, output.match)
-    turned = replace(
-        sub.grid, T_frame_grid=SE2.from_xy_yaw(0.0, 0.0, _turn(output)) @ sub.grid.T_frame_grid
-    )
-    picture = grid_picture(turned, painted(sub, colours), _SUBMAP_PX)
-    seen = turned.rc_to_xy(np.argwhere(turned.cells != UNKNOWN)).reshape(-1, 2)
+    grid = turned(sub, _turn(output)).grid
+    picture = grid_picture(grid, painted(sub, colours), _SUBMAP_PX)
+    seen = grid.rc_to_xy(np.argwhere(grid.cells != UNKNOWN)).reshape(-1, 2)
     view = [seen.min(axis=0), seen.max(axis=0)] if len(seen) else np.zeros((2, 2))
     return {
         'picture': picture.as_layout_image(),

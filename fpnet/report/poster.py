@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FORMATS = ('.png', '.svg', '.pdf')
-
 # Chosen, not measured:
 _WIDTH_IN, _TALLEST_IN = 7.2, 8.0  # of the plan; the width is that of a page's text
 _STRIP_IN, _LINE_IN, _EDGE_IN = 0.42, 0.17, 0.08  # scale bars, a line of the caption, margins
@@ -54,10 +52,8 @@ def write_poster(path: Path, report: Path) -> None:
     Raises
     ------
     FpnetError
-        If ``report`` is not the report of a run, or the format is another one.
+        If ``report`` is not the report of a run.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise FpnetError(f'{path}: a poster is one of {", ".join(FORMATS)}; choose such a name')
     content = read_content(report)
     if not content['data'].get('moments'):
         raise FpnetError(f'{report} has no update to show; give the folder of a run')
@@ -131,8 +127,8 @@ def _draw_walls(ax: Axes, moments: Sequence[Mapping[str, Any]], pt_per_m: float)
     if placed:
         x, y = np.concatenate(placed).T
         size = (_WALL_M * pt_per_m) ** 2
-        style = {'color': LIDAR_COLOUR, 'alpha': _WALL_OPACITY, 'linewidths': 0.0}
-        ax.scatter(x, y, s=size, rasterized=True, **style)
+        colour = (LIDAR_COLOUR, _WALL_OPACITY)
+        ax.scatter(x, y, s=size, color=colour, linewidths=0.0, rasterized=True)
 
 
 def _placed(A: Sequence[Sequence[float]], columns: Sequence[Sequence[float]]) -> Array:
@@ -141,7 +137,7 @@ def _placed(A: Sequence[Sequence[float]], columns: Sequence[Sequence[float]]) ->
     return placed
 
 
-def _draw_path(ax: Axes, path: Mapping[str, Sequence[float | None]]) -> ScalarMappable | None:
+def _draw_path(ax: Axes, path: Mapping[str, Any]) -> ScalarMappable | None:
     """Draw the published poses in the colours of their quality; None without poses."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
@@ -210,7 +206,7 @@ def _draw_colour_bar(figure: Figure, strip: float, colours: ScalarMappable, name
     bar.ax.set_xticklabels([f'{m:g}' for m in ERROR_TICKS_M], fontsize=_LABEL_PT)
     bar.ax.minorticks_off()
     bar.ax.tick_params(length=2, pad=1)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     ax.annotate(
         name, (0.0, 0.5), xycoords='axes fraction', xytext=(-6, 0), textcoords='offset points',
         ha='right', va='center', fontsize=_LABEL_PT,

@@ -31,6 +31,7 @@ RUN = {
     'fpnet localize drive.bag --floorplan out/plan.yaml --film run.gif': '',
     'fpnet localize drive.bag --floorplan out/plan.yaml --view': '--port 0',
     'fpnet view out/run': '--port 0 --rate 0 --end',
+    'fpnet view out/run --poster poster.png': '',
     'fpnet match --floorplan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (

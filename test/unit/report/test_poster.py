@@ -48,7 +48,7 @@ def test_a_run_without_a_pose_says_so(made_up_run, tmp_path):
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
-        (['--poster', 'p.gif'], 'a poster is one of .png, .svg, .pdf'),
+        (['--poster', 'p.gif'], 'expected a name that ends in .png, .svg, .pdf'),
         (['--nodes', '--poster', 'p.png'], 'needs the folder of a run'),
     ],
 )

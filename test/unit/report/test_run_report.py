@@ -98,7 +98,7 @@ def test_it_answers_at_a_glance_and_folds_the_rest(made_up_run, tmp_path):
     assert '<td>update, 95th percentile [ms]</td><td>80.00</td>' in folded
     assert '<td>is odd</td><td>yes</td>' in folded
     assert 'yaw error' not in folded
-    lost = replace(made_up_run.outputs[2], status=Status.LOST)
+    lost = replace(made_up_run.outputs[2], status=Status.LOST, A_plan_odom=None)
     write_run_report(path, replace(made_up_run, outputs=(lost,)))
     assert 'Localized at 3.2 m, but lost at the end, p 0.90' in path.read_text(encoding='utf-8')
 
