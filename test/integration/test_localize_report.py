@@ -64,7 +64,9 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     assert 'scans on plan.yaml' in text
     assert '<dt>error, median</dt>' in text
     assert '<h1>plan</h1>' in text
-    main(['view', str(out), '--poster', str(out / 'poster.png')])
+    with pytest.raises(SystemExit) as ended:
+        main(['view', str(out), '--poster', str(out / 'poster.png')])
+    assert not ended.value.code
     assert min(Image.open(out / 'poster.png').size) > 500
 
 
