@@ -63,9 +63,8 @@ def test_values_are_the_cores_own_and_show_themselves(folder):
     assert match.status.value == 'matched'
     assert 'explains' in repr(match)
     figure = match.plot()
-    assert (
-        figure.texts[0].get_text().replace('\n', ' ').startswith(f'matched (p {match.probability:.2f})')
-    )
+    caption = figure.texts[0].get_text()
+    assert caption.startswith(f'matched (p {match.probability:.2f}): explains')
     assert len(figure.axes[0].lines[-1].get_xdata()) > 100, 'walls on the plan'
     matplotlib.pyplot.close('all')
     for value in (plan, rooms, match):
