@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 # Of developers, not of users.
 TOOLS_OF = (
-    'axe', 'codespell', 'hypothesis', 'ipython', 'latex2mathml', 'mkdocs', 'mypy', 'nbformat', 'pytest',
-    'ruff', 'selenium', 'types', 'colcon', 'setuptools', 'wheel',
+    'axe', 'codespell', 'hypothesis', 'ipython', 'latex2mathml', 'mkdocs', 'mypy', 'nbformat',
+    'pytest', 'ruff', 'selenium', 'types', 'colcon', 'setuptools', 'wheel',
 )  # fmt: skip
 
 
