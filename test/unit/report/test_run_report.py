@@ -361,7 +361,7 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
             "const t = document.getElementById('submap').data.find((t) => t.meta === 'robot');"
             'return [t.marker.symbol, t.marker.angle];'
         )
-        heading = made_up_run.heading(made_up_run.outputs[2])
+        heading = made_up_run.heading(made_up_run.outputs[2]) + A_PLAN_SUBMAP.heading
         assert arrow == ['arrow', pytest.approx(90.0 - np.rad2deg(heading), abs=0.1)]
         assert text('changes').count('placements') == 3
         for at, status in (('#t=1.2', 'ambiguous'), ('#t=2', 'localized')):
