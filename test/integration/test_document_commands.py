@@ -137,7 +137,7 @@ def test_commands_do_what_they_say(folder, monkeypatch):
         if command in RUN:
             words = shlex.split(f'{command} {RUN[command]}')
             assert call(words[1:]) == 0, command
-            for option in ('--out', '--plot', '--film'):
+            for option in ('--out', '--plot', '--film', '--poster'):
                 if option in words:
                     assert Path(words[words.index(option) + 1]).exists(), command
             shutil.rmtree('run', ignore_errors=True)  # train and finetune have the same folder
