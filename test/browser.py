@@ -35,6 +35,7 @@ def open_page(path):
     session = webdriver.Chrome(options=options, service=Service(driver))
     try:
         session.command_executor.client_config.timeout = _TIMEOUT_S
+        session.set_script_timeout(_TIMEOUT_S)
         session.get(path.resolve().as_uri())
         yield session
     finally:

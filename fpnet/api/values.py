@@ -190,9 +190,9 @@ class Match(MapMatch):
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Draw both maps, and the robot map's walls on the plan, side by side."""
-        from fpnet.viz.match import draw_map_match
+        from fpnet.viz.match import SIZE_INCHES, draw_map_match
 
-        figure = figure_of(figure, (18.0, 6.5))
+        figure = figure_of(figure, SIZE_INCHES)
         draw_map_match(figure, self)
         return figure
 

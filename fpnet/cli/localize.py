@@ -220,14 +220,15 @@ class _Ended:
     def record(self, title: str) -> RunRecord:
         """Return the run as input of reports and animations."""
         from fpnet.report import RunRecord
-        from fpnet.report.record import on_one_storey
+        from fpnet.report.record import on_one_storey, stated_names
 
-        run, known = self.run, self.known
+        run, known, plan = self.run, self.known, self.run.segmentation
         outputs = on_one_storey(run.result.outputs)
+        names = (run.site.name or Path(run.plan.drawing.name).stem, run.storey)
         return RunRecord(
-            title, f'{run.last.said}. {self.summary}', run.segmentation, outputs, run.poses,
+            title, f'{run.last.said}. {self.summary}', plan, outputs, run.poses,
             known.reference, known.A_plan_truth, self.figures(), self.causes, run.result.odometry,
-            run.differences,
+            run.differences, ', '.join(filter(None, names)), stated_names(plan, run.plan.model),
         )  # fmt: skip
 
     def _storeys(self) -> dict[str, Any]:

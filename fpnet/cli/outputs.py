@@ -12,11 +12,11 @@ from typing import Any
 from fpnet_core.errors import FpnetError
 from fpnet_core.kernel_cache import is_writable
 
-WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--rooms', '--film')
+WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--rooms', '--film', '--poster')
 """Options of all commands that name an output."""
 
 _PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')
-_FILMS = ('.gif',)
+_KNOWN = {'--plot': _PICTURES, '--film': ('.gif',), '--poster': ('.png', '.svg', '.pdf')}
 
 
 def look_first(command: Any) -> None:
@@ -56,7 +56,7 @@ def _look(name: str, is_folder: bool) -> Callable[[Path], None]:
             check_folder(path, name)
             return
         check_file(path, name)
-        known = {'--plot': _PICTURES, '--film': _FILMS}.get(name)
+        known = _KNOWN.get(name)
         if known and path.suffix.lower() not in known:
             raise FpnetError(f'{name} {path}: expected a name that ends in {", ".join(known)}')
 

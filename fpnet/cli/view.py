@@ -34,6 +34,14 @@ _RateOption = Annotated[
     float,
     typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as possible.'),
 ]
+_PosterOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--poster',
+        metavar='OUT',
+        help='Write the run of a folder as one picture (.png, .svg or .pdf) and exit.',
+    ),
+]
 _EndOption = Annotated[
     bool, typer.Option('--end', help='Exit when the run ends; default: wait for Ctrl-C.')
 ]
@@ -47,6 +55,7 @@ def command(
     rate: _RateOption = 1.0,
     port: common.PortOption = common.DEFAULT_PORT,
     end: _EndOption = False,
+    poster: _PosterOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
@@ -61,8 +70,15 @@ def command(
     Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
 
     Example: fpnet view out/run --rate 4
+
+    Example: fpnet view out/run --poster poster.png
     """
     report = common.check_input(source) / common.REPORT_NAME
+    if poster is not None:
+        from fpnet.report.poster import write_poster
+
+        write_poster(poster, report)
+        return
     if report.is_file():
         _show_again(report, port, rate, end)
         return

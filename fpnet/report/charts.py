@@ -15,20 +15,29 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from fpnet.report.moments import SHOWN_PLACEMENTS, door_lines
-from fpnet.report.pictures import Picture, segmentation_picture
+from fpnet.report.pictures import Picture, pale_picture
 from fpnet.report.record import (
     PLACEMENT_SYMBOLS,
     RunRecord,
     best_placement_error,
+    path_quality,
     published_errors,
 )
-from fpnet.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
+from fpnet.viz.colours import (
+    ERROR_COLOURS,
+    ERROR_RANGE_M,
+    ERROR_TICKS_M,
+    LIDAR_COLOUR,
+    MATCH_COLOUR,
+    PLACEMENT_COLOURS,
+    TRUTH_COLOUR,
+)
 from fpnet.viz.differences import DIFFERENCE_COLOURS
 from fpnet.viz.segmentation import DOOR_COLOUR, label_xy
 from fpnet.viz.strip import STATUS_COLOURS
 from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import Segmentation
+from fpnet_core.types import LocalizerOutput, Segmentation
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
 
@@ -38,12 +47,14 @@ _DOOR = to_hex(DOOR_COLOUR)
 _ROOM_NAME = {'size': 11, 'color': '#303030'}
 _DOOR_NAME = {'size': 9, 'color': '#8a1010'}
 _ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
+_BEST, _FAINT = 0.6, 0.25  # opacity of walls at the best placement and at runners-up
 _SHOWN_POSES = 3000  # numerical: of a line
-_STAGE_COLOURS = {
-    'take': '#bbbbbb', 'segment': '#4e79a7', 'graph': '#a0cbe8', 'evidence': '#76b7b2',
-    'match': '#f28e2b', 'propose': '#b07aa1', 'align': '#59a14f', 'score': '#edc948',
-    'wide_scales': '#9c755f', 'mirror': '#e15759', 'storeys': '#ff9da7',
-}  # fmt: skip
+_DURATION = '#8c959f'
+_ROWS = 3  # given: of a timeline with errors
+_STAGES = (
+    'take', 'segment', 'graph', 'evidence', 'match', 'propose', 'align', 'score', 'wide_scales',
+    'mirror', 'storeys',
+)  # fmt: skip
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
 _LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = (
     0.98,
@@ -57,28 +68,57 @@ _MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
 def plan_figure(record: RunRecord) -> go.Figure:
     """Return the floorplan with its fixed traces and empty ones that the script fills."""
     figure = go.Figure()
-    show_regions(figure, record.plan, segmentation_picture(record.plan))
-    add_rooms(figure, record.plan)
+    show_regions(figure, record.plan, pale_picture(record.plan))
+    figure.data[0].showlegend = False
+    add_rooms(figure, record.plan, names=record.room_names)
     if record.differences is not None:
         add_differences(figure, record.differences)
     if len(record.truth_on_plan):
         x, y = _path(record.truth_on_plan)
-        line = {'color': TRUTH_COLOUR, 'width': 5}
-        figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
+        line = {'color': TRUTH_COLOUR, 'width': 1.5, 'dash': 'dot'}
+        figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, hoverinfo='skip')
     for rank in reversed(range(SHOWN_PLACEMENTS)):
-        symbol = PLACEMENT_SYMBOLS[rank]
-        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 4 if not rank else 5}
-        name = 'best placement' if rank == 0 else f'runner-up {rank}'
-        _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
+        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': PLACEMENT_SYMBOLS[rank], 'size': 4}
+        name = 'walls at the best placement' if rank == 0 else f'at runner-up {rank}'
+        opacity = _FAINT if rank else _BEST
+        _add_moving(
+            figure, f'placement_{rank}', name, mode='markers', marker=marker, opacity=opacity
+        )
+    marker = {'color': LIDAR_COLOUR, 'size': 4}
+    _add_moving(figure, 'near', 'walls of the last metres', mode='markers', marker=marker)
+    _add_path(figure, record)
     line, marker = {'color': MATCH_COLOUR, 'width': 1}, {'size': 4}
-    _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line, marker=marker)
-    line = {'color': PLACEMENT_COLOURS[0], 'width': 3}
-    _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
-    _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
-    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)
+    _add_moving(
+        figure, 'matches', 'matches', mode='lines+markers', line=line, marker=marker,
+        visible='legendonly',
+    )  # fmt: skip
+    _add_moving(
+        figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME,
+        visible='legendonly',
+    )  # fmt: skip
+    line = {'color': _INK, 'width': 1.5}
+    _add_moving(figure, 'ellipse', '95 % ellipse', mode='lines', line=line)
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT, showlegend=False)
     equal_axes(figure, record.plan.grid.frame)
     figure.update_layout(legend={'orientation': 'h', 'y': -0.1})
     return figure
+
+
+def _add_path(figure: go.Figure, record: RunRecord) -> None:
+    """Add the published poses, coloured by error or standard deviation, with a colour bar."""
+    name, _ = path_quality(record)
+    low, high = np.log10(ERROR_RANGE_M)
+    bar = {
+        'title': {'text': f'{name} [m]', 'side': 'top'}, 'orientation': 'h', 'thickness': 8,
+        'len': 0.4, 'x': 1.0, 'xanchor': 'right', 'y': 1.0, 'yanchor': 'bottom',
+        'tickvals': np.log10(ERROR_TICKS_M).tolist(),
+        'ticktext': [f'{m:g}' for m in ERROR_TICKS_M],
+    }  # fmt: skip
+    marker = {
+        'size': 5, 'color': [], 'cmin': low, 'cmax': high, 'showscale': True, 'colorbar': bar,
+        'colorscale': list(ERROR_COLOURS),
+    }  # fmt: skip
+    _add_moving(figure, 'published', 'published poses', mode='markers', marker=marker)
 
 
 def submap_figure() -> go.Figure:
@@ -96,8 +136,11 @@ def submap_figure() -> go.Figure:
 
 def timeline_figure(record: RunRecord) -> go.Figure:
     """Return probability over bands of status, errors with ground truth, and timings."""
-    rows = 2 if record.truth is None else 3
-    figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.05)
+    rows = _ROWS if record.truth is not None else _ROWS - 1
+    heights = [0.4, 0.4, 0.2] if rows == _ROWS else [0.6, 0.4]
+    figure = make_subplots(
+        rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.06, row_heights=heights
+    )
     times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
     # The first shape is the cursor, which the script moves.
     figure.add_shape(
@@ -111,7 +154,6 @@ def timeline_figure(record: RunRecord) -> go.Figure:
     figure.update_xaxes(title_text='time [s]', row=rows, col=1)
     figure.update_layout(
         template='plotly_white',
-        barmode='stack',
         bargap=0.15,
         margin=_MARGIN,
         legend={'orientation': 'h', 'y': -0.12},
@@ -121,20 +163,23 @@ def timeline_figure(record: RunRecord) -> go.Figure:
 
 
 def add_rooms(
-    figure: go.Figure, segmentation: Segmentation, notes: Mapping[int, str] | None = None
+    figure: go.Figure,
+    segmentation: Segmentation,
+    notes: Mapping[int, str] | None = None,
+    names: Mapping[int, str] | None = None,
 ) -> None:
-    """Label the rooms with their numbers; area and note are shown on hover."""
-    rooms, said = segmentation.rooms, notes or {}
+    """Label the rooms with their names, else numbers; area and note are shown on hover."""
+    rooms, said, named = segmentation.rooms, notes or {}, names or {}
     places = [label_xy(room) for room in rooms]
     figure.add_scatter(
         x=[x for x, _ in places],
         y=[y for _, y in places],
-        text=[str(room.id) for room in rooms],
+        text=[named.get(room.id) or str(room.id) for room in rooms],
         mode='text',
         textfont=_ROOM_NAME,
         hovertext=[f'room {r.id}, {r.area_m2:.1f} m²<br>{said.get(r.id, "")}' for r in rooms],
         hoverinfo='text',
-        name='room numbers',
+        name='room names' if named else 'room numbers',
         showlegend=False,
     )
 
@@ -225,8 +270,8 @@ def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.flo
 def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, float, float]]:
     """Return status, start and end [s] of each sequence of updates with equal status."""
     spans, index = [], 0
-    for status, ticks in groupby(output.status.value for output in record.outputs):
-        following = index + len(list(ticks))
+    for status, group in groupby(output.status.value for output in record.outputs):
+        following = index + len(list(group))
         end = times[min(following, len(times) - 1)]
         spans.append((status, float(times[index]), float(end)))
         index = following
@@ -258,17 +303,25 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
     )
 
 
+def _stages(output: LocalizerOutput) -> dict[str, float]:
+    """Return the durations [ms] of an update's stages, without those that contain others."""
+    return {stage: output.timings_ms.get(stage, 0.0) for stage in _STAGES}
+
+
 def _add_timings(
     figure: go.Figure, record: RunRecord, times: NDArray[np.float64], row: int
 ) -> None:
-    for stage, colour in _STAGE_COLOURS.items():
-        durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
-        marker = {'color': colour, 'line': {'width': 0}}
-        figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
-    figure.update_yaxes(title_text='update [ms]', row=row, col=1)
-    totals = [
-        sum(output.timings_ms.get(s, 0.0) for s in _STAGE_COLOURS) for output in record.outputs
+    totals = [sum(_stages(output).values()) for output in record.outputs]
+    said = [
+        '<br>'.join(f'{stage} {ms:.0f} ms' for stage, ms in _stages(output).items() if ms >= 1.0)
+        for output in record.outputs
     ]
+    figure.add_bar(
+        x=times, y=np.round(totals, 1), marker={'color': _DURATION, 'line': {'width': 0}},
+        customdata=said, hovertemplate='%{y:.0f} ms<br>%{customdata}', name='update',
+        showlegend=False, row=row, col=1,
+    )  # fmt: skip
+    figure.update_yaxes(title_text='update [ms]', row=row, col=1)
     if not totals:
         return
     most, shown = max(totals), _ROOM_ABOVE * float(np.quantile(totals, _LONG_TICK))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet.bag_writer import BagWriter
 from fpnet.recordings.trajectories import write_covariances, write_tum
-from fpnet.report.moments import shown_ticks
+from fpnet.report.moments import shown_updates
 from fpnet_core.geometry import SE2
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.topic_names import TF_TOPIC
@@ -107,7 +107,7 @@ def _write_bag(
             cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
             bag.write_uncertain_pose(_TWIN, stamp_ns, _MAP, T_map_sensor, cov)
-        with_submap = set(shown_ticks(outputs))
+        with_submap = set(shown_updates(outputs))
         for index, output in enumerate(outputs):
             _write_state(bag, output, frame)
             if index in with_submap and output.submap is not None:

@@ -16,13 +16,15 @@ from PIL import Image
 from fpnet.report.moments import SHOWN_PLACEMENTS
 from fpnet.report.record import RunRecord
 from fpnet.report.sheets import Box, PictureSheet, fitted
-from fpnet.viz.colours import PLACEMENT_COLOURS
-from fpnet.viz.segmentation import painted, partner_colours
+from fpnet.viz.colours import ERROR_COLOURS, LIDAR_COLOUR, PLACEMENT_COLOURS
+from fpnet.viz.segmentation import PALE, painted, partner_colours
 from fpnet.viz.strip import STATUS_COLOURS
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, rotation
+from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import column_to_xy
-from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
+from fpnet_core.raster.rays import cells_at
+from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, LocalizerOutput, Segmentation, Status
 
 # Chosen, not measured:
 _SIZE = (880, 500)  # width and height
@@ -32,8 +34,11 @@ _STEPS = 60  # numerical: updates that are drawn of a long run
 _FLIGHT = 16  # frames of the submap's motion onto the floorplan
 _PALETTE = 255  # numerical: colours of the file
 _NEARLY_WHITE = 245  # lighter palette colours, averaged with smooth edges, become white
-_WALL, _TRAIL, _TEXT = (40, 90, 190), (31, 119, 180), (40, 40, 40)
-_FADED = 0.45  # opacity of the floorplan's rooms on white
+_TEXT = (40, 40, 40)
+_WALL, _TRAIL = (
+    tuple(round(255 * part) for part in to_rgb(c)) for c in (LIDAR_COLOUR, ERROR_COLOURS[0])
+)
+_FAINT = 0.35  # opacity of walls at runners-up and, once localized, of the whole submap
 _LINE_PX = 3
 _STATUS_PX = 250  # offset from the title of the floorplan
 
@@ -78,11 +83,9 @@ class _Film:
 
     def _background(self, plan: Segmentation) -> PictureSheet:
         sheet = PictureSheet.blank(_SIZE)
-        picture = painted(plan).astype(np.float64)
-        picture = np.where(plan.labels[..., None] > 0, 255 - _FADED * (255 - picture), picture)
-        picture[plan.grid.cells == UNKNOWN] = 255
+        picture = painted(plan, shades=PALE)
         A = self.A_px_plan @ column_to_xy(plan.grid.T_frame_grid, plan.grid.resolution)
-        sheet.picture(picture.astype(np.uint8), np.ones(plan.grid.shape), A, _PLAN_BOX)
+        sheet.picture(picture, np.ones(plan.grid.shape), A, _PLAN_BOX)
         sheet.text((_PLAN_BOX.x, 14), 'floorplan', _TEXT)
         sheet.text((_SUBMAP_BOX.x, 14), 'submap of the robot', _TEXT)
         return sheet
@@ -118,7 +121,10 @@ class _Film:
         assert submap is not None  # only such updates are shown
         if output.A_plan_odom is not None:
             A = self.A_px_plan @ output.A_plan_odom @ submap.T_odom_submap
-            self._walls(sheet, output, A, _WALL)
+            if output.estimates:
+                A_whole = self.A_px_plan @ output.estimates[0].A_plan_submap
+                self._walls(sheet, output, A_whole, _WALL, _FAINT)
+            self._near(sheet, output, A)
             so_far = self.record.published.stamps_ns <= output.stamp_ns
             for piece in _pieces(self.record.published.xy[so_far]):
                 sheet.line(self.A_px_plan.apply(piece), _TRAIL, _LINE_PX)
@@ -128,18 +134,41 @@ class _Film:
         for rank, estimate in reversed(list(enumerate(best))):
             colour = tuple(round(255 * each) for each in to_rgb(PLACEMENT_COLOURS[rank]))
             A = self.A_px_plan @ estimate.A_plan_submap
-            self._walls(sheet, output, A, colour)
+            self._walls(sheet, output, A, colour, _FAINT if rank else 1.0)
             sheet.arrow(*self._robot(output, A), colour)
 
     def _walls(
-        self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D, colour: tuple[int, ...]
+        self,
+        sheet: PictureSheet,
+        output: LocalizerOutput,
+        A: Affine2D,
+        colour: tuple[int, ...],
+        opacity: float = 1.0,
     ) -> None:
         assert output.submap is not None  # only such updates are shown
         grid = output.submap.grid
-        walls = grid.cells == OCCUPIED
+        self._cells(sheet, grid, (grid.cells == OCCUPIED) * opacity, A, colour)
+
+    def _near(self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D) -> None:
+        """Draw the walls of the last metres at the pose, which is accepted."""
+        assert output.submap is not None  # only such updates are shown
+        grid = output.submap.grid
+        rows, columns = cells_at(grid.xy_to_rc(output.submap.recent_xy), grid.shape)
+        near = np.zeros(grid.shape, np.bool_)
+        near[rows, columns] = True
+        self._cells(sheet, grid, grown(near, 1).astype(np.float64), A, _WALL)
+
+    @staticmethod
+    def _cells(
+        sheet: PictureSheet,
+        grid: GridMap,
+        opacity: NDArray[np.float64],
+        A: Affine2D,
+        colour: tuple[int, ...],
+    ) -> None:
         image = np.broadcast_to(np.array(colour, np.uint8), (*grid.shape, 3))
         cells = column_to_xy(grid.T_frame_grid, grid.resolution)
-        sheet.picture(image, walls.astype(np.float64), A @ cells, _PLAN_BOX)
+        sheet.picture(image, opacity, A @ cells, _PLAN_BOX)
 
     def _robot(
         self, output: LocalizerOutput, A_px_submap: Affine2D

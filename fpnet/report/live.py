@@ -4,29 +4,24 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-import gzip
 import json
 from pathlib import Path
-import re
 from typing import Any, Self
-import zlib
 
 import numpy as np
 
 from fpnet.report.charts import timeline_figure
-from fpnet.report.moments import MAX_MOMENTS, changes, chosen_ticks, moment
-from fpnet.report.page import page_text
+from fpnet.report.moments import MAX_MOMENTS, changes, chosen_updates, moment
+from fpnet.report.page import page_text, read_content
 from fpnet.report.record import RunRecord
-from fpnet.report.run_page import published, run_data, run_figures
+from fpnet.report.run_page import published, run_data, run_figures, run_values
 from fpnet.report.serving import LiveServer
 from fpnet_core.errors import FpnetError
 from fpnet_core.types import Segmentation
 
-_CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)</script>')
 _TIMELINES = 100  # numerical: up to so many updates each one sends the timeline, later fewer do
 
 _SHOWN_MOMENTS = 2 * MAX_MOMENTS
@@ -80,7 +75,7 @@ class LiveRun:
         shown = moment(record, record.outputs[-1])
         is_drawn = count % max(1, count // _TIMELINES) == 0
         event = {
-            'kind': 'tick',
+            'kind': 'update',
             'moment': shown,
             'published': published(record, new),
             'changes': changes(record),
@@ -104,7 +99,7 @@ class LiveRun:
         self._moments.append(shown)
 
     def _thin_out(self) -> None:
-        kept = chosen_ticks([each['status'] for each in self._moments])
+        kept = chosen_updates([each['status'] for each in self._moments])
         self._moments = [self._moments[index] for index in kept]
         self._server.tell(self._whole(), lambda: None)
 
@@ -148,7 +143,7 @@ class RecordedRun:
         if 'moments' not in self._data:
             raise FpnetError(f'{report} is not the report of a run; give the folder of one')
         empty = self._data | {'moments': [], 'changes': []}
-        page = _page(f'{report.parent.name}, recorded', content['figures'], empty)
+        page = _page(content['figures'], empty)
         self._server = LiveServer(page, self._whole, port)
 
     @property
@@ -160,7 +155,7 @@ class RecordedRun:
         """Show the updates one after the other; yield the time [s] of each before it."""
         for index, each in enumerate(self._data['moments']):
             yield each['time_s']
-            event = {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
+            event = {'kind': 'update', 'moment': each, 'changes': self._changes(each['time_s'])}
             self._server.tell(event, partial(setattr, self, '_shown', index + 1))
 
     def end(self, said: str) -> None:
@@ -185,43 +180,15 @@ class RecordedRun:
         self._server.close()
 
 
-def read_content(report: Path) -> dict[str, Any]:
-    """
-    Return the content of a report's page: ``figures`` and ``data``.
-
-    Raises
-    ------
-    FpnetError
-        If the file is missing, or not a report of this version.
-    """
-    try:
-        text = report.read_text(encoding='utf-8')
-    except (OSError, ValueError) as error:
-        raise FpnetError(f'cannot read {report}: {error}; give the folder of a run') from None
-    found = _CONTENT.search(text)
-    try:
-        packed = base64.b64decode(found[1], validate=True) if found else b''
-        content: dict[str, Any] = json.loads(gzip.decompress(packed))
-        content['figures']['timeline'], content['data']
-    except (ValueError, KeyError, TypeError, EOFError, OSError, zlib.error):
-        raise FpnetError(
-            f'{report} is not a run report of this version; make it again with fpnet localize '
-            '--out'
-        ) from None
-    return content
-
-
 def _timeline(record: RunRecord) -> Any:
     return json.loads(timeline_figure(record).to_json())
 
 
 def _growing(record: RunRecord) -> str:
     """Return the page of a run without updates."""
-    return _page(record.title, run_figures(record), run_data(record, []))
+    return _page(run_figures(record), run_data(record, []))
 
 
-def _page(title: str, figures: Mapping[str, Any], data: Mapping[str, Any]) -> str:
-    return page_text(
-        'run.html.j2', figures, {**data, 'live': True}, title=title, summary='waiting for the run',
-        figures_shown=[], causes=(), ticks=0,
-    )  # fmt: skip
+def _page(figures: Mapping[str, Any], data: Mapping[str, Any]) -> str:
+    values = run_values(data['summary'], 0)
+    return page_text('run.html.j2', figures, {**data, 'live': True}, **values)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet.report.pictures import segmentation_picture
-from fpnet.report.record import RunRecord, best_placement_error
-from fpnet.viz.segmentation import label_xy, partner_colours
+from fpnet.report.pictures import grid_picture
+from fpnet.report.record import RunRecord, best_placement_error, position_sigma
+from fpnet.viz.segmentation import label_xy, painted, partner_colours, turned
+from fpnet_core.geometry import Affine2D
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.localizer.kept import is_brief
-from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
+from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
 
 MAX_MOMENTS = 90
 """
@@ -25,13 +26,17 @@ Numerical: more updates are thinned out, so that the file stays small enough to 
 # Chosen, not measured:
 SHOWN_PLACEMENTS = 3  # per update; in the film while none is accepted
 _SUBMAP_PX = 380
-_WALL_SAMPLES = 700  # numerical
+_WALL_SAMPLES, _NEAR_SAMPLES = 700, 500  # numerical: of the whole submap, of the last metres
 _PATH_SAMPLES = 400  # numerical
+_GATE_95 = (
+    5.991  # given: 95 % quantile of the chi-squared distribution with two degrees of freedom
+)
+_ELLIPSE_CORNERS = 36  # numerical
 
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
     """Return the updates of the slider in time order; empty for a run without updates."""
-    return [moment(record, record.outputs[index]) for index in shown_ticks(record.outputs)]
+    return [moment(record, record.outputs[index]) for index in shown_updates(record.outputs)]
 
 
 def changes(record: RunRecord) -> list[dict[str, Any]]:
@@ -52,13 +57,13 @@ def _state(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
     }
 
 
-def shown_ticks(outputs: Sequence[LocalizerOutput]) -> list[int]:
+def shown_updates(outputs: Sequence[LocalizerOutput]) -> list[int]:
     """Return the indices of the slider's updates, among those that still have their maps."""
     whole = [index for index, output in enumerate(outputs) if not is_brief(output)]
-    return [whole[k] for k in chosen_ticks([outputs[index].status.value for index in whole])]
+    return [whole[k] for k in chosen_updates([outputs[index].status.value for index in whole])]
 
 
-def chosen_ticks(statuses: Sequence[str]) -> list[int]:
+def chosen_updates(statuses: Sequence[str]) -> list[int]:
     """Return the indices of evenly spaced updates; status changes have priority."""
     if len(statuses) <= MAX_MOMENTS:
         return list(range(len(statuses)))
@@ -76,10 +81,15 @@ def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
         'error_m': None if error_m is None else round(error_m, 2),
         'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},
         'picture': None,
+        'view': [[0, 0], [0, 0]],
         'rooms': 0,
         'doors': 0,
         'explored_m2': 0.0,
+        'turn': 0.0,
         'walls': [[], []],
+        'near': [[], []],
+        'A_plan_near': None,
+        'ellipse': [[], []],
         'path': [[], []],
         'labels': [],
         'door_lines': [[], []],
@@ -93,19 +103,46 @@ def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
         grid = output.submap.grid
         walls = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
         values['walls'] = _columns(evenly_drawn(walls, _WALL_SAMPLES))
+        values['near'] = _columns(evenly_drawn(output.submap.recent_xy, _NEAR_SAMPLES))
+        if output.A_plan_odom is not None:
+            A_plan_near = output.A_plan_odom @ output.submap.T_odom_submap
+            values['A_plan_near'] = _rows(A_plan_near)
+        values['ellipse'] = _columns(ellipse(output))
     if output.segmentation is not None:
+        values['turn'] = round(_turn(output), 4)
         values |= _regions(record.plan, output.segmentation, output)
     return values
+
+
+def ellipse(output: LocalizerOutput) -> NDArray[np.float64]:
+    """Return the corners ``(C, 2)`` of the position's 95 % ellipse on the plan; else none."""
+    if output.covariance is None or output.A_plan_odom is None:
+        return np.zeros((0, 2))
+    spread = np.linalg.cholesky(output.covariance.cov[:2, :2] * _GATE_95)
+    angles = np.linspace(0.0, 2.0 * np.pi, _ELLIPSE_CORNERS)
+    middle = output.A_plan_odom.apply(output.covariance.xy_odom)
+    corners: NDArray[np.float64] = np.column_stack([np.cos(angles), np.sin(angles)]) @ spread.T
+    return middle + corners
+
+
+def _turn(output: LocalizerOutput) -> float:
+    """Return the rotation [rad] from the submap to the plan at the best placement, else 0."""
+    return output.estimates[0].A_plan_submap.heading if output.estimates else 0.0
+
+
+def _rows(A: Affine2D) -> list[list[float]]:
+    rows: list[list[float]] = np.round(A.matrix[:2], 5).tolist()
+    return rows
 
 
 def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
     """Return the best placements: affine map as rows of (2, 3), score and sigma [m]."""
     is_accepted, sigma_m = output.status is Status.LOCALIZED, None
     if output.covariance is not None:
-        sigma_m = round(float(np.sqrt(np.trace(output.covariance.cov[:2, :2]))), 3)
+        sigma_m = round(position_sigma(output.covariance.cov), 3)
     return [
         {
-            'A_plan_submap': np.round(e.A_plan_submap.matrix[:2], 5).tolist(),
+            'A_plan_submap': _rows(e.A_plan_submap),
             'score': round(e.score, 3),
             'sigma_m': sigma_m if is_accepted and rank == 0 else None,
             'is_claimed': is_accepted and rank == 0,
@@ -117,9 +154,14 @@ def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
 def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> dict[str, Any]:
     partners = {} if output.match is None else _partners(output)
     doors = {door.id for door in sub.doors}
-    picture = segmentation_picture(sub, _SUBMAP_PX, partner_colours(sub, output.match))
+    colours = partner_colours(sub, output.match)
+    grid = turned(sub, _turn(output)).grid
+    picture = grid_picture(grid, painted(sub, colours), _SUBMAP_PX)
+    seen = grid.rc_to_xy(np.argwhere(grid.cells != UNKNOWN)).reshape(-1, 2)
+    view = [seen.min(axis=0), seen.max(axis=0)] if len(seen) else np.zeros((2, 2))
     return {
         'picture': picture.as_layout_image(),
+        'view': np.round(view, 1).T.tolist(),
         'rooms': len(sub.rooms),
         'doors': len(sub.doors),
         'labels': [

@@ -11,12 +11,17 @@ import gzip
 from importlib.metadata import PackageNotFoundError, version
 import json
 from pathlib import Path
+import re
 from typing import Any
+import zlib
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
+from fpnet_core.errors import FpnetError
+
+_CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)</script>')
 _LEVEL = 9  # numerical: of gzip, its best
 
 
@@ -65,6 +70,32 @@ def page_text(
 def packed(text: str) -> str:
     """Return a text compressed by gzip, in base64, which contains no markup."""
     return base64.b64encode(gzip.compress(text.encode('utf-8'), _LEVEL, mtime=0)).decode('ascii')
+
+
+def read_content(report: Path) -> dict[str, Any]:
+    """
+    Return the content of a report's page: ``figures`` and ``data``.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing, or not a report of this version.
+    """
+    try:
+        text = report.read_text(encoding='utf-8')
+    except (OSError, ValueError) as error:
+        raise FpnetError(f'cannot read {report}: {error}; give the folder of a run') from None
+    found = _CONTENT.search(text)
+    try:
+        packed = base64.b64decode(found[1], validate=True) if found else b''
+        content: dict[str, Any] = json.loads(gzip.decompress(packed))
+        content['figures']['timeline'], content['data']
+    except (ValueError, KeyError, TypeError, EOFError, OSError, zlib.error):
+        raise FpnetError(
+            f'{report} is not a run report of this version; make it again with fpnet localize '
+            '--out'
+        ) from None
+    return content
 
 
 @cache

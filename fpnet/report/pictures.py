@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from fpnet.viz.segmentation import Colour, painted
+from fpnet.viz.segmentation import PALE, Colour, painted
 from fpnet_core.raster.pixels import corners_xy
-from fpnet_core.types import GridMap, Segmentation
+from fpnet_core.types import UNKNOWN, GridMap, Segmentation
 
 _COLOURS = 64  # numerical: palette size of an image
 
@@ -63,11 +63,19 @@ def segmentation_picture(
     return grid_picture(segmentation.grid, painted(segmentation, colours), longest_px)
 
 
-def grid_picture(grid: GridMap, pixels: NDArray[np.uint8], longest_px: int) -> Picture:
+def pale_picture(plan: Segmentation) -> Picture:
+    """Return the plan with grey walls and faint rooms, as background of lidar walls and paths."""
+    return grid_picture(plan.grid, painted(plan, shades=PALE), PLAN_PX, None)
+
+
+def grid_picture(
+    grid: GridMap, pixels: NDArray[np.uint8], longest_px: int, colours: int | None = _COLOURS
+) -> Picture:
     """
     Return an image ``(H, W, 3)`` of the grid's cells, rotated to the axes of its frame.
 
-    Pixels outside the grid are transparent.
+    Unknown cells and pixels outside the grid are transparent. ``colours`` is the size of the
+    palette, too coarse for pale tints; None for all colours.
     """
     corners = corners_xy(grid)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -79,15 +87,17 @@ def grid_picture(grid: GridMap, pixels: NDArray[np.uint8], longest_px: int) -> P
         small = cv2.resize(turned, target, interpolation=cv2.INTER_AREA)
         turned = np.asarray(small, dtype=np.uint8)
     width, height = (float(side) for side in size * grid.resolution)
-    return Picture(_data_uri(turned), float(low[0]), float(low[1]) + height, width, height)
+    return Picture(
+        _data_uri(turned, colours), float(low[0]), float(low[1]) + height, width, height
+    )
 
 
 def _turned(
     grid: GridMap, pixels: NDArray[np.uint8], low: NDArray[np.float64], size: NDArray[np.int64]
 ) -> NDArray[np.uint8]:
     """Resample to rows from the highest y to ``low``, columns from the lowest x; RGBA."""
-    opaque = np.full((*grid.shape, 1), 255, dtype=np.uint8)
-    image = np.concatenate([pixels, opaque], axis=2)
+    opaque = np.where(grid.cells == UNKNOWN, 0, 255).astype(np.uint8)
+    image = np.dstack([pixels, opaque])
     top = low[1] + size[1] * grid.resolution
     # Three target pixels (column, row) and the grid's cells below them fix the affine map.
     target = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -106,8 +116,10 @@ def _turned(
     return np.asarray(turned, dtype=np.uint8)
 
 
-def _data_uri(image: NDArray[np.uint8]) -> str:
-    palette = Image.fromarray(image).quantize(_COLOURS, method=Image.Quantize.FASTOCTREE)
+def _data_uri(image: NDArray[np.uint8], colours: int | None) -> str:
+    picture = Image.fromarray(image)
+    if colours is not None:
+        picture = picture.quantize(colours, method=Image.Quantize.FASTOCTREE)
     buffer = io.BytesIO()
-    palette.save(buffer, format='PNG', optimize=True)
+    picture.save(buffer, format='PNG', optimize=True)
     return 'data:image/png;base64,' + base64.b64encode(buffer.getvalue()).decode('ascii')

@@ -6,19 +6,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+import shapely
 
 from fpnet.accuracy import pose_errors
 from fpnet_core.differences import Differences
+from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.raster.rays import values_at
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _STEP_M = 0.2  # chosen: shorter steps give no reliable direction
+_FIRST_DATE_NS = 946_684_800 * NS_PER_S  # chosen: the year 2000; earlier stamps are no Unix time
 
 PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
 """Plotly symbols of the placements' walls, below as characters: colours are not enough."""
@@ -36,7 +41,8 @@ class RunRecord:
     ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are metrics by
     name, shown in their order; ``causes`` are the likely causes of a failure, most likely first.
     ``odometry`` is the sensor's path with headings in ``odom``; ``differences`` are those of
-    plan and submap, None if unknown.
+    plan and submap, None if unknown. ``building`` is the floorplan's name, empty if unknown, and
+    ``room_names`` are the names that the drawing states, by room.
     """
 
     title: str
@@ -50,6 +56,18 @@ class RunRecord:
     causes: tuple[Cause, ...] = ()
     odometry: PlanarTrajectory = field(default_factory=PlanarTrajectory.empty)
     differences: Differences | None = None
+    building: str = ''
+    room_names: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def heading_line(self) -> str:
+        """The building and, if stamps are in Unix time, the date; without a building the title."""
+        if not self.building:
+            return self.title
+        if self.start_ns < _FIRST_DATE_NS:
+            return self.building
+        date = datetime.fromtimestamp(self.start_ns // NS_PER_S, UTC)
+        return f'{self.building}, {date:%Y-%m-%d}'
 
     @property
     def start_ns(self) -> int:
@@ -101,6 +119,20 @@ def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, 
     )
 
 
+def stated_names(plan: Segmentation, model: FloorplanModel | None) -> dict[int, str]:
+    """Return the names that a drawing states, by room; ``model`` is in the plan's frame."""
+    names: dict[int, str] = {}
+    for room in model.rooms if model is not None else ():
+        if not room.name:
+            continue
+        inside = shapely.Polygon(room.rings[0], room.rings[1:]).representative_point()
+        rc = plan.grid.xy_to_rc(np.array([inside.x, inside.y]))
+        number = int(values_at(plan.labels, rc, 0)) - 1
+        if number >= 0:
+            names[number] = f'{names[number]}, {room.name}' if number in names else room.name
+    return names
+
+
 @dataclass(frozen=True, eq=False)
 class TimedErrors:
     """Errors: ``time_s (K,)`` since the start, true ``position_m (K,)``, ``yaw_deg (K,)``."""
@@ -127,6 +159,33 @@ def published_errors(record: RunRecord) -> TimedErrors:
     position, yaw = pose_errors(metric, record.truth)
     _, known = record.truth.at(metric.stamps_ns)
     return TimedErrors(record.seconds(metric.stamps_ns[known]), position, np.rad2deg(yaw))
+
+
+def path_quality(record: RunRecord) -> tuple[str, NDArray[np.float64]]:
+    """
+    Return the name and the values ``(S,)`` [m] by which the published path is coloured.
+
+    With ground truth these are the position errors, else the standard deviations of the position
+    at the last update before each pose; NaN where unknown.
+    """
+    stamps_ns = record.published.stamps_ns
+    values = np.full(len(stamps_ns), np.nan)
+    if record.truth is not None and len(record.truth) > 1:
+        metric = record.published.mapped(record.A_plan_truth.inv())
+        nearest, known = record.truth.at(stamps_ns)
+        gaps = np.linalg.norm(metric.xy - nearest.xy, axis=1)
+        return 'error', np.where(known, gaps, np.nan)
+    known_at = [(o.stamp_ns, o.covariance.cov) for o in record.outputs if o.covariance is not None]
+    if known_at:
+        sigma = np.array([position_sigma(cov) for _, cov in known_at])
+        at = np.searchsorted([stamp for stamp, _ in known_at], stamps_ns, side='right') - 1
+        values = np.where(at < 0, sigma[0], sigma[at])
+    return 'standard deviation', values
+
+
+def position_sigma(cov: NDArray[np.float64]) -> float:
+    """Return the standard deviation [m] of the position, of a covariance ``(3, 3)``."""
+    return float(np.sqrt(cov[0, 0] + cov[1, 1]))
 
 
 def best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:

@@ -1,9 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Page of a run: floorplan, growing submap, hypotheses and timeline with one slider."""
+"""Page of a run: result, floorplan, growing submap and timeline with one slider."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ from matplotlib.colors import to_rgb
 import numpy as np
 import plotly.graph_objects as go
 
+from fpnet.report.answer import all_figures, answer_line, main_figures
 from fpnet.report.charts import (
     HEX_OF_STATUS,
     plan_figure,
@@ -18,14 +21,12 @@ from fpnet.report.charts import (
     thinned,
     timeline_figure,
 )
-from fpnet.report.moments import changes, moments, shown_ticks
+from fpnet.report.moments import changes, moments
 from fpnet.report.page import write_page
-from fpnet.report.record import PLACEMENT_SIGNS, RunRecord
+from fpnet.report.record import PLACEMENT_SIGNS, RunRecord, path_quality
 from fpnet.viz.colours import PLACEMENT_COLOURS
 
-_ELSEWHERE = ('reason', 'causes', 'outdated')  # shown elsewhere on the page
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB channels, ITU-R BT.709
-_UNITS = ('m', 's', 'ms', 'deg')
 
 
 def write_run_report(path: Path | str, record: RunRecord) -> None:
@@ -34,17 +35,20 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
 
     A run of many updates is thinned out for the slider, not for the timeline.
     """
+    data = run_data(record, moments(record))
     write_page(
         Path(path),
         'run.html.j2',
         run_figures(record),
-        run_data(record, moments(record)),
-        title=record.title,
-        summary=record.summary,
-        figures_shown=_shown(record),
-        causes=record.causes,
-        ticks=len(shown_ticks(record.outputs)),
+        data,
+        **run_values(data['summary'], len(data['moments'])),
     )
+
+
+def run_values(summary: Mapping[str, Any], updates: int) -> dict[str, Any]:
+    """Return the values of the page's template; ``summary`` is that of :func:`run_data`."""
+    head = {'title': summary['title'], 'summary': summary['source']}
+    return {'run': summary, 'updates': updates, **head}
 
 
 def run_figures(record: RunRecord) -> dict[str, go.Figure]:
@@ -66,16 +70,27 @@ def run_data(record: RunRecord, shown: list[dict[str, Any]]) -> dict[str, Any]:
         'status_inks': {name: _ink_on(colour) for name, colour in HEX_OF_STATUS.items()},
         'placement_colours': PLACEMENT_COLOURS,
         'placement_signs': PLACEMENT_SIGNS,
+        'summary': {
+            'title': record.heading_line,
+            'source': record.title if record.building else record.summary,
+            'answer': answer_line(record),
+            'status': record.outputs[-1].status.value if record.outputs else '',
+            'reason': record.outputs[-1].reason if record.outputs else '',
+            'main': main_figures(record),
+            'all': all_figures(record),
+            'causes': [cause.as_json() for cause in record.causes],
+        },
     }
 
 
-def published(record: RunRecord, which: slice) -> dict[str, list[float]]:
-    """Return times and positions of some published poses as columns."""
-    poses = record.published
+def published(record: RunRecord, which: slice) -> dict[str, list[float | None]]:
+    """Return times, positions and errors, or standard deviations, of some poses as columns."""
+    poses, (_, quality_m) = record.published, path_quality(record)
     return {
         'time_s': np.round(record.seconds(poses.stamps_ns[which]), 2).tolist(),
         'x': np.round(poses.xy[which, 0], 2).tolist(),
         'y': np.round(poses.xy[which, 1], 2).tolist(),
+        'quality_m': [None if math.isnan(m) else round(m, 3) for m in quality_m[which].tolist()],
     }
 
 
@@ -90,26 +105,3 @@ def _ink_on(colour: str) -> str:
     luminance = float(linear @ _LUMINANCE)
     on_white, on_black = 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05
     return '#ffffff' if on_white > on_black else '#000000'
-
-
-def _shown(record: RunRecord) -> list[tuple[str, str]]:
-    """Return the run's metrics as names with units and texts, without missing values."""
-    return [
-        (_named(name), _text(value))
-        for name, value in record.figures.items()
-        if value is not None and name not in _ELSEWHERE
-    ]
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return 'yes' if value else 'no'
-    return f'{value:.2f}' if isinstance(value, float) else str(value)
-
-
-def _named(name: str) -> str:
-    """Turn ``path_to_first_pose_m`` into ``path to first pose [m]``."""
-    words = name.split('_')
-    units = [word for word in words if word in _UNITS]
-    rest = ' '.join(word for word in words if word not in _UNITS)
-    return f'{rest} [{units[-1]}]' if units else rest

@@ -21,10 +21,12 @@ Text = tuple[tuple[int, int], str, Colour]
 # Chosen, not measured:
 _FONT_PX = 18
 _ARROW_PX = 15.0  # from tail to tip
-_ARROW = np.array([[0.6, 0.0], [-0.4, 0.36], [-0.2, 0.0], [-0.4, -0.36]])
 _RIM_PX = 2
 _FILLED = 0.97  # of the size of a box
 _LARGER = 2  # numerical: supersampling, reduced at the end
+
+ARROW = np.array([[0.6, 0.0], [-0.4, 0.36], [-0.2, 0.0], [-0.4, -0.36]])
+"""Corners of an arrowhead of length 1 that points along x. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ class PictureSheet:
     ) -> None:
         """Draw an arrowhead at a position, in direction ``ahead`` (2,), with a white outline."""
         x, y = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-        outline = place + _ARROW_PX * _ARROW @ np.array([[x, y], [-y, x]])
+        outline = place + _ARROW_PX * ARROW @ np.array([[x, y], [-y, x]])
         points = [self._points(outline)]
         rim = 2 * _RIM_PX * _LARGER
         cv2.polylines(self._pixels, points, True, (255, 255, 255), rim, cv2.LINE_AA, PIXEL_BITS)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpnet.viz.pictures import saved_figure
-from fpnet.viz.segmentation import Colour, draw_grid, show_raster
+from fpnet.viz.segmentation import PALE, Colour, draw_grid, show_raster
 from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import corners_xy
@@ -33,7 +33,7 @@ _TALLEST = 2.5  # height of the picture over its width, at most
 
 def draw_differences(ax: Axes, found: Differences) -> None:
     """Draw a drawing and its differences, with their confidence as opacity."""
-    draw_grid(ax, found.grid)
+    draw_grid(ax, found.grid, PALE)
     tint = np.zeros((*found.grid.shape, 4))
     reach = max(1, round(_SHOWN_M / found.grid.resolution))
     for number, piece in enumerate(found.pieces, start=1):

@@ -5,31 +5,38 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fpnet.viz.pictures import saved_figure
+from fpnet.viz.colours import LIDAR_COLOUR
+from fpnet.viz.pictures import DPI, saved_figure
 from fpnet.viz.segmentation import (
+    PALE,
     Colour,
     draw_grid,
     draw_segmentation,
     partner_colours,
     region_colour,
+    turned,
 )
 from fpnet_core.geometry import Affine2D
+from fpnet_core.localizer import MapMatchStatus
 from fpnet_core.raster.rays import values_at
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
-_SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
+SIZE_INCHES = (18.0, 7.0)
+_FAINT = 0.35  # opacity of walls at a placement that was not accepted
+_CAPTION_CHARACTERS = 170  # of a line
+_NOT_PLACED = 'no placement was found'
+_NOT_ACCEPTED = 'best placement, not accepted'
 _SHARED_AREA = 0.3  # least share of a room's cells on one plan room, to get its colour
 _SAME_DOOR_M = 1.0
 _CELL_STRIDE = 7  # numerical: subsampling of cells
@@ -61,34 +68,38 @@ def shared_colours(
     return colours
 
 
-def draw_walls_on_plan(
-    ax: Axes, plan: Segmentation, walls: NDArray[np.float64], A_plan_sub: Affine2D
-) -> None:
-    """Draw the plan and the submap's wall samples ``(P, 2)`` placed on it."""
-    draw_grid(ax, plan.grid)
-    x, y = A_plan_sub.apply(walls).T
-    ax.plot(x, y, '.', color=_SUBMAP_WALLS, markersize=1.5, label='walls of the submap')
-
-
 def save_map_match(result: MapMatch, path: Path) -> None:
     """Write a plot of both maps, their regions, and the submap's walls on the plan."""
-    with saved_figure(path, (18, 6.5), 110) as figure:
+    with saved_figure(path, SIZE_INCHES, DPI) as figure:
         draw_map_match(figure, result)
 
 
 def draw_map_match(figure: Figure, result: MapMatch) -> None:
-    """Draw both maps, their regions, and the submap's walls on the plan, side by side."""
+    """
+    Draw the submap's walls on the plan, both maps with their regions, and the result.
+
+    The submap is turned to the plan. Walls at a placement that was not accepted are faint.
+    """
     plan, sub = result.plan.segmentation, result.sub.segmentation
-    best = result.candidates.estimates[0].A_plan_submap if result.A_plan_sub else None
-    axes = figure.subplots(1, 3)
-    draw_grid(axes[0], plan.grid)
-    draw_segmentation(axes[0], plan)
-    axes[0].set_title(f'plan: {len(plan.rooms)} rooms, {len(plan.doors)} doors')
-    draw_grid(axes[1], sub.grid)
-    draw_segmentation(axes[1], sub, None if best is None else shared_colours(plan, sub, best))
-    axes[1].set_title(f'submap: {len(sub.rooms)} rooms, {len(sub.doors)} doors')
+    estimates = result.candidates.estimates
+    best = estimates[0].A_plan_submap if estimates else None
+    is_accepted = result.status is MapMatchStatus.MATCHED
+    placed, left, right = figure.subplots(1, 3)
+    draw_grid(placed, plan.grid, PALE)
+    draw_segmentation(placed, plan, tint=PALE.tint)
     if best is not None:
-        draw_walls_on_plan(axes[2], plan, result.sub.evidence.walls, best)
-    axes[2].set_title(
-        f'{result.status.value}: score {result.score:.2f}, p {result.probability:.2f}'
-    )
+        x, y = best.apply(result.sub.evidence.walls).T
+        opacity = 1.0 if is_accepted else _FAINT
+        placed.plot(x, y, '.', color=LIDAR_COLOUR, markersize=1.8, alpha=opacity)
+    titles = (_NOT_PLACED, _NOT_ACCEPTED, 'walls of the submap on the plan')
+    placed.set_title(titles[(best is not None) + is_accepted])
+    draw_grid(left, plan.grid)
+    draw_segmentation(left, plan)
+    left.set_title(f'plan: {len(plan.rooms)} rooms, {len(plan.doors)} doors')
+    colours = shared_colours(plan, sub, best) if best is not None and is_accepted else None
+    shown = sub if best is None else turned(sub, best.heading)
+    draw_grid(right, shown.grid)
+    draw_segmentation(right, shown, colours)
+    right.set_title(f'submap: {len(sub.rooms)} rooms, {len(sub.doors)} doors')
+    said = f'{result.status.value} (p {result.probability:.2f}): {result.reason}'
+    figure.suptitle('\n'.join(wrap(said, _CAPTION_CHARACTERS)), x=0.01, ha='left')

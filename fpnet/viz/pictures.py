@@ -23,7 +23,15 @@ Given = TypeVar('Given')
 
 _SIZE_INCHES = (8.0, 8.0)  # chosen
 DPI = 110  # chosen: of most plots
+_BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # given: round lengths
+_BAR_SHARE = 0.2  # chosen: of a plot's width, at most
 _NOTEBOOK_DPI = 80  # chosen: fits the width of a page
+
+
+def scale_bar_m(width: float) -> float:
+    """Return the length [m] of a scale bar: the longest round one below a fifth of a width [m]."""
+    fitting = [metres for metres in _BAR_M if metres <= _BAR_SHARE * width]
+    return fitting[-1] if fitting else _BAR_M[0]
 
 
 def figure_of(figure: Figure | None, size_inches: tuple[float, float] = _SIZE_INCHES) -> Figure:

@@ -25,7 +25,7 @@ _NAMES = {
     'looks like another one from inside': ALIKE_INSIDE,
     'looks like another one even with the adjacent rooms': ALIKE_WITH_NEIGHBOURS,
 }
-_EDGE_INCHES, _LEGEND_INCHES = 10.0, 2.4  # chosen
+_EDGE_INCHES, _LEGEND_INCHES = 10.0, 1.3  # chosen
 
 
 def similarity_colours(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet.plan_check.verdict import PlanVerdict
-from fpnet.viz.pictures import saved_figure
+from fpnet.viz.pictures import saved_figure, scale_bar_m
 from fpnet.viz.segmentation import DOOR_COLOUR, label_xy, region_colour
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
@@ -34,8 +34,6 @@ _PALE = 0.45  # remaining contrast of the drawing below the rooms
 _STOREY = (0.1, 0.3, 0.8)
 _DOUBTFUL = (0.95, 0.0, 0.75)
 _WALL = (20, 60, 140)  # red, green, blue
-_BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
-_BAR_SHARE = 0.2  # of the plot's width, at most
 _LEAST_IN = 5.0  # least width, for the title above a tall drawing
 _PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # title: font size, height and width of characters
 
@@ -165,8 +163,7 @@ def _scale_bar(
     middle = segmentation.grid.rc_to_xy(np.array(segmentation.grid.shape) / 2.0)
     ends = _mapped(to_pixel, middle + np.array([[0.0, 0.0], [1.0, 0.0]]))
     pixels_per_m = float(np.linalg.norm(ends[1] - ends[0]))
-    fitting = [metres for metres in _BAR_M if metres * pixels_per_m <= _BAR_SHARE * width]
-    metres = fitting[-1] if fitting else _BAR_M[0]
+    metres = scale_bar_m(width / pixels_per_m)
     left, y = 0.02 * width, 0.98 * height
     ax.plot([left, left + metres * pixels_per_m], [y, y], color='black', linewidth=3)
     ax.annotate(f'{metres:g} m', (left, y), xytext=(0, 4), textcoords='offset points', fontsize=8)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plot of a localization run: floorplan, submap, matches, true and estimated path."""
+"""Plot of a localization run: floorplan, submap, true and estimated path."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
+from fpnet.viz.colours import ERROR_COLOURS, LIDAR_COLOUR, TRUTH_COLOUR
 from fpnet.viz.match import shared_colours
 from fpnet.viz.pictures import DPI, saved_figure
 from fpnet.viz.segmentation import (
+    PALE,
     Colour,
     draw_grid,
     draw_segmentation,
     partner_colours,
+    turned,
 )
 from fpnet_core.geometry import Affine2D
-from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput, Segmentation
 
@@ -68,41 +69,22 @@ def draw_run(
 ) -> None:
     """Draw floorplan, paths and submap; parameters as in :func:`plot_run`."""
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-    draw_grid(left, plan.grid)
-    draw_segmentation(left, plan)
+    draw_grid(left, plan.grid, PALE)
+    draw_segmentation(left, plan, tint=PALE.tint)
+    if output.A_plan_odom is not None and output.submap is not None:
+        A_plan_submap = output.A_plan_odom @ output.submap.T_odom_submap
+        x, y = A_plan_submap.apply(output.submap.recent_xy).T
+        left.plot(x, y, '.', color=LIDAR_COLOUR, markersize=2.0, label='walls of the last metres')
     _draw_paths(left, published, truth)
     if output.segmentation is not None:
         colours = _submap_colours(plan, output.segmentation, output)
-        draw_grid(right, output.segmentation.grid)
-        draw_segmentation(right, output.segmentation, colours)
-        if output.match is not None:
-            draw_matches(left, right, plan, output.segmentation, output.match)
+        yaw_rad = output.estimates[0].A_plan_submap.heading if output.estimates else 0.0
+        shown = turned(output.segmentation, yaw_rad)
+        draw_grid(right, shown.grid)
+        draw_segmentation(right, shown, colours)
     left.legend(loc='best')
     left.set_title('floorplan')
     right.set_title(f'submap: {output.status.value}, p {output.probability:.2f}')
-
-
-def draw_matches(
-    plan_axes: Axes,
-    sub_axes: Axes,
-    plan: Segmentation,
-    sub: Segmentation,
-    match: MatchResult,
-) -> None:
-    """Join the centroids of matched regions across two Axes; opacity shows the score."""
-    from matplotlib.patches import ConnectionPatch
-
-    for (plan_id, sub_id), score in zip(match.pairs.tolist(), match.scores.tolist(), strict=True):
-        line = ConnectionPatch(
-            xyA=tuple(plan.regions[plan_id].centroid),
-            coordsA=plan_axes.transData,
-            xyB=tuple(sub.regions[sub_id].centroid),
-            coordsB=sub_axes.transData,
-            color=MATCH_COLOUR,
-            alpha=float(np.clip(score, 0.2, 1.0)),
-            linewidth=1.2,
-        )
-        plan_axes.figure.add_artist(line)
 
 
 def _submap_colours(
@@ -117,10 +99,10 @@ def _submap_colours(
 
 def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory | None) -> None:
     if truth is not None:
-        ax.plot(*truth.xy.T, color=TRUTH_COLOUR, linewidth=3.0, alpha=0.6, label='true path')
+        ax.plot(*truth.xy.T, ':', color=TRUTH_COLOUR, linewidth=1.5, label='true path')
         ax.plot(*truth.xy[0], marker='o', color=TRUTH_COLOUR, label='start')
     x, y = _broken_at_gaps(published).T
-    ax.plot(x, y, color=PLACEMENT_COLOURS[0], linewidth=1.2, label='published poses')
+    ax.plot(x, y, color=ERROR_COLOURS[0], linewidth=2.5, label='published poses')
 
 
 def _broken_at_gaps(trajectory: PlanarTrajectory) -> NDArray[np.float64]:

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import colorsys
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +15,37 @@ import shapely
 from shapely.geometry import Polygon
 from shapely.ops import polylabel
 
+from fpnet_core.geometry import SE2
 from fpnet_core.matches import MatchResult
 from fpnet_core.raster.pixels import corners_xy
-from fpnet_core.types import FREE, OCCUPIED, GridMap, Region, Segmentation
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Region, Segmentation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Colour = tuple[float, float, float]
 
+
+class Shades(NamedTuple):
+    """Greys of walls and of unknown cells in [0, 1], and the opacity of a room's colour."""
+
+    wall: float
+    unknown: float
+    tint: float
+
+
+SHADES = Shades(wall=0.25, unknown=0.93, tint=0.55)
+"""Shades of maps whose rooms are the subject. Chosen."""
+
+PALE = Shades(wall=0.62, unknown=1.0, tint=0.18)
+"""Shades of a plan below observed walls and paths. Chosen."""
+
 DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 """Colour of doors in all plots. Chosen."""
 
 # Chosen, not measured:
-_GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
-_TINT = 0.55  # opacity of a room's colour
+_MARGIN_M, _CELL_STRIDE = 0.5, 5  # around the known cells; numerical: subsampling of these
 # Hues a golden angle apart stay distinct for any number of regions.
 _GOLDEN = 0.6180339887498949  # numerical
 
@@ -60,15 +76,31 @@ def label_xy(region: Region) -> tuple[float, float]:
     return float(middle.x), float(middle.y)
 
 
-def draw_grid(ax: Axes, grid: GridMap) -> None:
-    """Draw a grid in its own frame: free white, unknown light grey, occupied dark."""
-    grey = np.full(grid.shape, _GREY_UNKNOWN)
-    grey[grid.cells == FREE] = _GREY_FREE
-    grey[grid.cells == OCCUPIED] = _GREY_OCCUPIED
+def turned(segmentation: Segmentation, yaw_rad: float) -> Segmentation:
+    """Return a map whose frame is turned, so that it is shown in the axes of another map."""
+    T = SE2.from_xy_yaw(0.0, 0.0, yaw_rad)
+    grid = segmentation.grid
+    return replace(
+        segmentation,
+        grid=replace(grid, T_frame_grid=T @ grid.T_frame_grid),
+        regions=tuple(
+            replace(each, polygon=T.apply(each.polygon), centroid=T.apply(each.centroid))
+            for each in segmentation.regions
+        ),
+        portals=tuple(replace(each, ends=T.apply(each.ends)) for each in segmentation.portals),
+    )
+
+
+def draw_grid(ax: Axes, grid: GridMap, shades: Shades = SHADES) -> None:
+    """Draw the known part of a grid in its own frame: free white, the rest in shades of grey."""
+    grey = np.full(grid.shape, shades.unknown)
+    grey[grid.cells == FREE] = 1.0
+    grey[grid.cells == OCCUPIED] = shades.wall
     show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
-    corners = corners_xy(grid)
-    ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
-    ax.set_ylim(corners[:, 1].min(), corners[:, 1].max())
+    known = grid.rc_to_xy(np.argwhere(grid.cells != UNKNOWN)[::_CELL_STRIDE])
+    shown = known if len(known) else corners_xy(grid)
+    ax.set_xlim(shown[:, 0].min() - _MARGIN_M, shown[:, 0].max() + _MARGIN_M)
+    ax.set_ylim(shown[:, 1].min() - _MARGIN_M, shown[:, 1].max() + _MARGIN_M)
     ax.set_aspect('equal')
     ax.set_xlabel(f'x in {grid.frame} [m]')
     ax.set_ylabel(f'y in {grid.frame} [m]')
@@ -79,23 +111,23 @@ def draw_segmentation(
     segmentation: Segmentation,
     colours: Mapping[int, Colour] | None = None,
     with_ids: bool = False,
+    tint: float = SHADES.tint,
 ) -> None:
     """
     Draw rooms as tinted cells and doors as lines over the content of ``ax``.
 
     ``colours`` overrides the colour of a region by id, so that matched regions of plan and
-    submap can share one; ``with_ids`` writes each room's id into it.
+    submap can share one; ``with_ids`` writes each room's id into it; ``tint`` is the opacity of
+    rooms.
     """
     chosen = colours or {}
-    tint = np.zeros((*segmentation.labels.shape, 4))
+    cells = np.zeros((*segmentation.labels.shape, 4))
     for room in segmentation.rooms:
-        tint[segmentation.labels == room.id + 1] = (
-            *chosen.get(room.id, region_colour(room.id)),
-            _TINT,
-        )
+        colour = chosen.get(room.id, region_colour(room.id))
+        cells[segmentation.labels == room.id + 1] = (*colour, tint)
         if with_ids:
             ax.annotate(str(room.id), label_xy(room), ha='center', va='center', fontsize=7)
-    show_raster(ax, segmentation.grid, tint)
+    show_raster(ax, segmentation.grid, cells)
     for portal in segmentation.portals:
         style = '-' if portal.rooms[1] is not None else ':'
         colour = chosen.get(portal.door, DOOR_COLOUR)
@@ -103,7 +135,9 @@ def draw_segmentation(
 
 
 def painted(
-    segmentation: Segmentation, colours: Mapping[int, Colour] | None = None
+    segmentation: Segmentation,
+    colours: Mapping[int, Colour] | None = None,
+    shades: Shades = SHADES,
 ) -> NDArray[np.uint8]:
     """
     Return the cells as an image ``(H, W, 3)`` in sRGB, row 0 at the grid's row 0.
@@ -114,13 +148,14 @@ def painted(
     chosen = colours or {}
     cells = segmentation.grid.cells
     known = [cells == FREE, cells == OCCUPIED]
-    shades = np.select(known, [_GREY_FREE, _GREY_OCCUPIED], _GREY_UNKNOWN)
-    image = np.repeat(shades[..., None], 3, axis=2)
+    greys = np.select(known, [1.0, shades.wall], shades.unknown)
+    image = np.repeat(greys[..., None], 3, axis=2)
     tints = np.zeros((len(segmentation.regions) + 1, 3))
     for room in segmentation.rooms:
         tints[room.id + 1] = chosen.get(room.id, region_colour(room.id))
     inside = segmentation.labels > 0
-    image[inside] = (1.0 - _TINT) * image[inside] + _TINT * tints[segmentation.labels[inside]]
+    image[inside] = (1.0 - shades.tint) * image[inside]
+    image[inside] += shades.tint * tints[segmentation.labels[inside]]
     return np.asarray(np.rint(255.0 * image), dtype=np.uint8)
 
 

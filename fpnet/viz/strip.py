@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from fpnet.viz.colours import PLACEMENT_COLOURS, TRUTH_COLOUR
 from fpnet.viz.pictures import saved_figure
-from fpnet.viz.run import draw_matches
 from fpnet.viz.segmentation import (
     draw_grid,
     draw_segmentation,
@@ -77,7 +76,7 @@ def plot_strip(
             plan_axes, sub_axes = (figure.add_subplot(grid[row, column]) for row in (0, 1))
             _draw_plan(plan_axes, plan, output, truth)
             plan_axes.set_title(f'{(output.stamp_ns - start_ns) / NS_PER_S:.0f} s')
-            _draw_submap(plan_axes, sub_axes, plan, output)
+            _draw_submap(sub_axes, output)
         timeline = figure.add_subplot(grid[2, :])
         _draw_timeline(timeline, outputs, errors_m, start_ns)
         figure.suptitle(title)
@@ -120,16 +119,14 @@ def _walls(submap: Submap | None) -> NDArray[np.float64]:
     return submap.grid.rc_to_xy(np.argwhere(submap.grid.cells == OCCUPIED)[::_WALL_STRIDE])
 
 
-def _draw_submap(plan_axes: Axes, ax: Axes, plan: Segmentation, output: LocalizerOutput) -> None:
-    """Draw the submap's regions in the colours of their matches, and the matches as lines."""
+def _draw_submap(ax: Axes, output: LocalizerOutput) -> None:
+    """Draw the submap's regions in the colours of their matches, and the robot's path."""
     sub = output.segmentation
     assert sub is not None  # see _moments
     draw_grid(ax, sub.grid)
     draw_segmentation(ax, sub, partner_colours(sub, output.match))
     if output.submap is not None:
         ax.plot(*output.submap.path_xy.T, color='black', linewidth=1.0)
-    if output.match is not None:
-        draw_matches(plan_axes, ax, plan, sub, output.match)
     scores = ', '.join(f'{s:.2f}' for s in output.estimates.score[: len(PLACEMENT_COLOURS)])
     ax.set_title(
         f'{output.status.value}, p {output.probability:.2f}; scores {scores or "none"}',

@@ -31,6 +31,7 @@ RUN = {
     'fpnet localize drive.bag --floorplan out/plan.yaml --film run.gif': '',
     'fpnet localize drive.bag --floorplan out/plan.yaml --view': '--port 0',
     'fpnet view out/run': '--port 0 --rate 0 --end',
+    'fpnet view out/run --poster poster.png': '',
     'fpnet match --floorplan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (
@@ -143,7 +144,7 @@ def test_commands_do_what_they_say(folder, monkeypatch):
         if command in RUN:
             words = shlex.split(f'{command} {RUN[command]}')
             assert call(words[1:]) == 0, command
-            for option in ('--out', '--plot', '--film'):
+            for option in ('--out', '--plot', '--film', '--poster'):
                 if option in words:
                     assert Path(words[words.index(option) + 1]).exists(), command
             shutil.rmtree('run', ignore_errors=True)  # train and finetune have the same folder

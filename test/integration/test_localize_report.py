@@ -5,6 +5,7 @@
 import json
 
 import numpy as np
+from PIL import Image
 from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import drive, recorded, standing
 import pytest
@@ -61,7 +62,12 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     assert read_map(out / 'submap.yaml').resolution == 0.05
     text = (out / 'report.html').read_text(encoding='utf-8')
     assert 'scans on plan.yaml' in text
-    assert '<dt>median position error [m]</dt>' in text
+    assert '<dt>error, median</dt>' in text
+    assert '<h1>plan</h1>' in text
+    with pytest.raises(SystemExit) as ended:
+        main(['view', str(out), '--poster', str(out / 'poster.png')])
+    assert not ended.value.code
+    assert min(Image.open(out / 'poster.png').size) > 500
 
 
 def test_a_recording_that_stands_still_ends_in_a_report(folder, tmp_path, capsys):

@@ -62,6 +62,11 @@ def test_values_are_the_cores_own_and_show_themselves(folder):
     assert isinstance(match, MapMatch)
     assert match.status.value == 'matched'
     assert 'explains' in repr(match)
+    figure = match.plot()
+    caption = figure.texts[0].get_text()
+    assert caption.startswith(f'matched (p {match.probability:.2f}): explains')
+    assert len(figure.axes[0].lines[-1].get_xdata()) > 100, 'walls on the plan'
+    matplotlib.pyplot.close('all')
     for value in (plan, rooms, match):
         assert '<img src="data:image/png;base64,' in value._repr_html_()
         assert len(repr(value)) < 300

@@ -110,8 +110,8 @@ def test_markup_of_entries_becomes_that_of_restructured_text():
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 # Of developers, not of users.
 TOOLS_OF = (
-    'axe', 'codespell', 'hypothesis', 'ipython', 'mkdocs', 'mypy', 'nbformat', 'pytest', 'ruff',
-    'selenium', 'types', 'colcon', 'setuptools', 'wheel',
+    'axe', 'codespell', 'hypothesis', 'ipython', 'latex2mathml', 'mkdocs', 'mypy', 'nbformat',
+    'pytest', 'ruff', 'selenium', 'types', 'colcon', 'setuptools', 'wheel',
 )  # fmt: skip
 # Of an environment of its own: one of them holds NumPy back.
 UNPINNED = 'peers'

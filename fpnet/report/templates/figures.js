@@ -1,8 +1,12 @@
 'use strict';
 const isNarrow = window.matchMedia('(max-width: 600px)');
 const isDark = window.matchMedia('(prefers-color-scheme: dark)');
-const PRINTED_PX = 680;
+const PRINTED_PX = 650;
+const PRINTED_FONT_PX = 8;
+const PRINTED_HIGH_PX = {map: 390, other: 230};
+const FONT_PX = 12;
 const charts = [];
+const legends = {};
 let figures = {};
 let data = {};
 
@@ -73,6 +77,7 @@ async function draw(name) {
     modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
   });
   charts.push(name);
+  legends[name] = document.getElementById(name).layout.showlegend;
 }
 
 async function drawAll(names) {
@@ -97,9 +102,11 @@ function printed(isPrint) {
   document.documentElement.classList.toggle('print', isPrint);
   applyTheme();
   for (const name of charts) {
-    const width = document.getElementById(name).clientWidth;
-    const size = isPrint ? {width: Math.min(width, PRINTED_PX), autosize: false} :
-      {width: null, autosize: true};
-    Plotly.relayout(name, size);
+    const chart = document.getElementById(name);
+    const high = PRINTED_HIGH_PX[chart.layout.meta] || PRINTED_HIGH_PX.other;
+    const size = isPrint ? {width: PRINTED_PX, height: high, autosize: false} :
+      {width: null, height: null, autosize: true};
+    Plotly.relayout(name, {...size, 'font.size': isPrint ? PRINTED_FONT_PX : FONT_PX,
+      showlegend: isPrint ? chart.layout.meta !== 'map' : legends[name]});
   }
 }

@@ -1,15 +1,21 @@
 const slider = document.getElementById('slider');
 const FRAME_MS = 250;
+const BEST = 0.6, FAINT = 0.2;
 
 function traceIndex(name, key) {
   return document.getElementById(name).data.findIndex((trace) => trace.meta === key);
 }
 
+// Null separates lines.
 function placed(A, xs, ys) {
-  return [
-    xs.map((x, i) => A[0][0] * x + A[0][1] * ys[i] + A[0][2]),
-    xs.map((x, i) => A[1][0] * x + A[1][1] * ys[i] + A[1][2]),
-  ];
+  const row = (a) => xs.map((x, i) => x === null ? null : a[0] * x + a[1] * ys[i] + a[2]);
+  return [row(A[0]), row(A[1])];
+}
+
+// Columns of the submap, turned to the axes of the floorplan; texts stay.
+function turned(moment, columns) {
+  const [c, s] = [Math.cos(moment.turn), Math.sin(moment.turn)];
+  return [...placed([[c, -s, 0], [s, c, 0]], columns[0], columns[1]), ...columns.slice(2)];
 }
 
 function degrees(radians) {
@@ -28,10 +34,12 @@ function update(name, columns) {
   return Plotly.restyle(name, change, keys.map((key) => traceIndex(name, key)));
 }
 
-// The robot is an arrow if its heading is known; plotly rotates markers clockwise.
-function turnRobot(name, heading) {
-  const change = heading === null ? {'marker.symbol': 'circle-open', 'marker.angle': 0} :
-    {'marker.symbol': 'arrow', 'marker.angle': 90 - degrees(heading)};
+// The robot is an arrow if its heading is known, hollow while its pose is not accepted; plotly
+// rotates markers clockwise.
+function turnRobot(name, heading, isAccepted) {
+  const symbol = (heading === null ? 'circle' : 'arrow') + (isAccepted ? '' : '-open');
+  const change = {'marker.symbol': symbol,
+    'marker.angle': heading === null ? 0 : 90 - degrees(heading)};
   return Plotly.restyle(name, change, [traceIndex(name, 'robot')]);
 }
 
@@ -62,13 +70,18 @@ function publishedUntil(time) {
   const all = data.published;
   let count = all.time_s.findIndex((t) => t > time);
   if (count < 0) count = all.time_s.length;
-  return [all.x.slice(0, count), all.y.slice(0, count)];
+  const logs = all.quality_m.slice(0, count).map((m) => m === null ? null : Math.log10(m));
+  return [all.x.slice(0, count), all.y.slice(0, count), null, logs];
 }
 
 function showPlan(moment) {
-  const columns = {matches: matchLines(moment), published: publishedUntil(moment.time_s),
+  const published = publishedUntil(moment.time_s);
+  const columns = {matches: matchLines(moment), published, ellipse: moment.ellipse,
     door_names: doorNames(moment, 'plan')};
   const best = moment.placements[0];
+  const isAccepted = moment.A_plan_near !== null;
+  const near = moment.near[0].length ? moment.near : moment.walls;
+  columns.near = isAccepted ? placed(moment.A_plan_near, ...near) : [[], []];
   // Runners-up would cover an accepted placement; the table lists them.
   const shown = best && best.is_claimed ? [best] : moment.placements;
   data.placement_colours.forEach((_, rank) => {
@@ -76,10 +89,15 @@ function showPlan(moment) {
     columns['placement_' + rank] =
       placement ? placed(placement.A_plan_submap, ...moment.walls) : [[], []];
   });
-  columns.robot = best ? placed(best.A_plan_submap, ...last(moment.path)) : [[], []];
+  const A_plan_robot = isAccepted ? moment.A_plan_near : best && best.A_plan_submap;
+  columns.robot = A_plan_robot ? placed(A_plan_robot, ...last(moment.path)) : [[], []];
   update('plan', columns);
-  const heading = best && moment.heading !== null ? moment.heading + yawOf(best.A_plan_submap) : null;
-  turnRobot('plan', heading);
+  Plotly.restyle('plan', {'marker.color': [published[3]]}, [traceIndex('plan', 'published')]);
+  // The whole submap drifts; once localized, the walls of the last metres count.
+  Plotly.restyle('plan', {opacity: isAccepted ? FAINT : BEST}, [traceIndex('plan', 'placement_0')]);
+  const heading = A_plan_robot && moment.heading !== null ?
+    moment.heading + yawOf(A_plan_robot) : null;
+  turnRobot('plan', heading, isAccepted);
   let said = 'Floorplan; no placement yet';
   if (columns.robot[0].length) {
     const yaw = heading === null ? '' : `, heading ${degrees(heading).toFixed(0)} degrees`;
@@ -90,23 +108,20 @@ function showPlan(moment) {
 }
 
 function showSubmap(moment) {
-  const labels = moment.labels;
-  update('submap', {
-    doors: moment.door_lines,
-    path: moment.path,
-    robot: last(moment.path),
-    labels: [labels.map((l) => l[0]), labels.map((l) => l[1]), labels.map((l) => l[2])],
-    door_names: doorNames(moment, 'submap'),
-  });
-  turnRobot('submap', moment.heading);
+  const labels = [0, 1, 2].map((k) => moment.labels.map((label) => label[k]));
+  const columns = {doors: moment.door_lines, path: moment.path, robot: last(moment.path), labels,
+    door_names: doorNames(moment, 'submap')};
+  for (const key of Object.keys(columns)) columns[key] = turned(moment, columns[key]);
+  update('submap', columns);
+  turnRobot('submap', moment.heading === null ? null : moment.heading + moment.turn, true);
   document.getElementById('submap').setAttribute('aria-label',
     `Submap of ${moment.rooms} rooms and ${moment.doors} doors, ${moment.matches.length} of them matched`);
   const picture = moment.picture;
   if (!picture) return Plotly.relayout('submap', {images: []});
   return Plotly.relayout('submap', {
     images: [picture],
-    'xaxis.range': [picture.x, picture.x + picture.sizex],
-    'yaxis.range': [picture.y - picture.sizey, picture.y],
+    'xaxis.range': moment.view[0],
+    'yaxis.range': moment.view[1],
   });
 }
 
@@ -168,7 +183,7 @@ function showChanges() {
     go.type = 'button';
     go.className = 'link';
     go.textContent = change.time_s.toFixed(1) + ' s';
-    go.addEventListener('click', () => { stop(); show(nearest(change.time_s)); });
+    go.addEventListener('click', () => goTo(nearest(change.time_s)));
     const line = row([go, badge(document.createElement('span'), change.status),
       change.probability.toFixed(2), change.reason]);
     line.cells[1].className = line.cells[3].className = 'text';
@@ -185,6 +200,7 @@ function show(index) {
   document.getElementById('clock').textContent = clock;
   slider.setAttribute('aria-valuetext', `${clock}, ${moment.status}`);
   badge(document.getElementById('status'), moment.status);
+  document.getElementById('moment').href = '#t=' + moment.time_s.toFixed(1);
   document.getElementById('reason').textContent = moment.reason;
   showPlan(moment);
   showSubmap(moment);
@@ -197,6 +213,17 @@ function nearest(time) {
   return gaps.indexOf(Math.min(...gaps));
 }
 
+// The time of a link such as report.html#t=12.3; null without one.
+function linkedTime() {
+  const found = /^#t=(\d+(?:\.\d*)?)$/.exec(location.hash);
+  return found ? Number(found[1]) : null;
+}
+
+function goTo(index) {
+  stop();
+  show(index);
+}
+
 let timer = null;
 function stop() {
   clearInterval(timer);
@@ -204,7 +231,7 @@ function stop() {
   document.getElementById('play').textContent = 'Play';
 }
 
-document.getElementById('play').addEventListener('click', () => {
+function play() {
   if (timer !== null) return stop();
   if (Number(slider.value) >= data.moments.length - 1) show(0);
   document.getElementById('play').textContent = 'Pause';
@@ -212,12 +239,22 @@ document.getElementById('play').addEventListener('click', () => {
     if (Number(slider.value) >= data.moments.length - 1) return stop();
     show(Number(slider.value) + 1);
   }, FRAME_MS);
+}
+
+document.getElementById('play').addEventListener('click', play);
+slider.addEventListener('input', () => goTo(Number(slider.value)));
+window.addEventListener('hashchange', () => {
+  if (linkedTime() !== null) goTo(nearest(linkedTime()));
 });
-slider.addEventListener('input', () => { stop(); show(Number(slider.value)); });
+// Buttons, links and folded parts have their own use of the space bar.
+document.addEventListener('keydown', (event) => {
+  if (event.key !== ' ' || event.target.closest('button, a, summary, .scroll')) return;
+  event.preventDefault();
+  play();
+});
 
 function onTimeline(event) {
-  stop();
-  show(nearest(event.points[0].x));
+  goTo(nearest(event.points[0].x));
 }
 
 // A live page receives the run so far when it opens, then one event per update.
@@ -234,9 +271,8 @@ async function showTimeline(figure) {
 }
 
 function sayStatus(moment, said) {
-  const now = moment ?
-    `${moment.status} (p ${moment.probability.toFixed(2)}): ${moment.reason}` : 'waiting for the run';
-  document.getElementById('summary').textContent = said || now;
+  const now = moment ? `${moment.status}, p ${moment.probability.toFixed(2)}` : 'Waiting for the run';
+  document.getElementById('answer').textContent = said || now;
 }
 
 const told = {
@@ -249,7 +285,7 @@ const told = {
     show(at === Infinity ? data.moments.length - 1 : nearest(at));
     sayStatus(data.moments[data.moments.length - 1], event.said);
   },
-  async tick(event) {
+  async update(event) {
     const follows = isFollowing();
     data.moments.push(event.moment);
     for (const key of event.published ? Object.keys(event.published) : []) {
@@ -287,8 +323,10 @@ function listen() {
 
 drawAll(['plan', 'submap', 'timeline']).then(() => {
   document.getElementById('timeline').on('plotly_click', onTimeline);
+  const {status} = data.summary;
+  if (status) document.getElementById('result').style.borderColor = data.status_colours[status];
   showChanges();
-  show(data.moments.length - 1);
+  show(linkedTime() === null ? data.moments.length - 1 : nearest(linkedTime()));
   if (data.live) listen();
   document.body.dataset.ready = 'true';
 });

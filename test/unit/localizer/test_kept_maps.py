@@ -7,7 +7,7 @@ from planted import plan_grid
 from planted_drive import recorded
 import pytest
 
-from fpnet.report.moments import shown_ticks
+from fpnet.report.moments import shown_updates
 from fpnet_core.config import load_config
 from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Replay, create_localizer
@@ -61,7 +61,7 @@ def test_what_each_tick_said_is_kept(thinned):
 
 def test_ticks_with_maps_are_spread_over_the_run(thinned):
     _, _, run = thinned
-    shown = shown_ticks(run.outputs)
+    shown = shown_updates(run.outputs)
     assert all(not is_brief(run.outputs[index]) for index in shown)
     assert shown[0] == 0
     assert shown[-1] == len(run.outputs) - 1

@@ -12,8 +12,9 @@ import pytest
 
 from fpnet.cli import main
 from fpnet.report import write_run_report
-from fpnet.report.live import LiveRun, RecordedRun, read_content
+from fpnet.report.live import LiveRun, RecordedRun
 from fpnet.report.moments import MAX_MOMENTS
+from fpnet.report.page import read_content
 from fpnet_core.errors import FpnetError
 
 
@@ -50,7 +51,7 @@ def test_whoever_opens_it_is_told_all_so_far_and_then_each_tick(live, made_up_ru
     assert [m['status'] for m in first['data']['moments']] == ['waiting']
     live.show(until(made_up_run, 2))
     second = told(stream)
-    assert (second['kind'], second['moment']['status']) == ('tick', 'ambiguous')
+    assert (second['kind'], second['moment']['status']) == ('update', 'ambiguous')
     assert len(second['changes']) == 2
     assert second['timeline']['data']
     live.end('it is over')
@@ -85,7 +86,7 @@ def test_rooms_that_are_cut_anew_take_the_page_and_keep_the_run(live, made_up_ru
     stream = asked(live, '/events')
     told(stream)
     live.show(replace(until(made_up_run, 2), title='', plan=replace(made_up_run.plan)))
-    assert [told(stream)['kind'] for _ in range(2)] == ['reload', 'tick']
+    assert [told(stream)['kind'] for _ in range(2)] == ['reload', 'update']
     assert b'a &lt;drive&gt;' in asked(live).read()
     assert len(told(asked(live, '/events'))['data']['moments']) == 2
 
@@ -107,7 +108,7 @@ def test_a_page_that_is_open_for_days_stays_small(live, made_up_run):
         live.show(replace(until(made_up_run, 1), outputs=outputs[:count]))
     events = [told(stream) for _ in range(len(outputs) + 2)]
     thinned = events[-2]
-    assert [event['kind'] for event in events[-3:]] == ['tick', 'run', 'tick']
+    assert [event['kind'] for event in events[-3:]] == ['update', 'run', 'update']
     assert len(thinned['data']['moments']) == MAX_MOMENTS
     assert len(told(asked(live, '/events'))['data']['moments']) == MAX_MOMENTS + 1
 
@@ -138,6 +139,8 @@ def folder(made_up_run, tmp_path):
 
 def test_a_recorded_run_comes_again_moment_by_moment(folder):
     with RecordedRun(folder / 'report.html', 0) as recorded:
+        page = asked(recorded).read()
+        assert b'<dd>3.2 m</dd>' in page, 'the figures of the run'
         stream = asked(recorded, '/events')
         assert told(stream)['data']['moments'] == []
         assert list(recorded) == [0.0, 1.0, 2.0]
@@ -187,7 +190,7 @@ def test_a_browser_follows_until_somebody_goes_back(live, made_up_run, tmp_path)
         )
         live.show(until(made_up_run, 3))
         wait_for(browser, "document.getElementById('slider').max === '2'")
-        wait_for(browser, "document.getElementById('summary').textContent.startsWith('localized')")
+        wait_for(browser, "document.getElementById('answer').textContent.startsWith('localized')")
         status = browser.execute_script("return document.getElementById('status').textContent")
         assert status == 'waiting', 'who looks back is not torn away'
         live.begin('the next floor', made_up_run.plan)
@@ -195,7 +198,7 @@ def test_a_browser_follows_until_somebody_goes_back(live, made_up_run, tmp_path)
         live.show(until(made_up_run, 1))
         wait_for(browser, shown + "'waiting'")
         live.say('scans have ceased')
-        wait_for(browser, "document.getElementById('summary').textContent === 'scans have ceased'")
+        wait_for(browser, "document.getElementById('answer').textContent === 'scans have ceased'")
         live.end('over')
-        wait_for(browser, "document.getElementById('summary').textContent === 'over'")
+        wait_for(browser, "document.getElementById('answer').textContent === 'over'")
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []

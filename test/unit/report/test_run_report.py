@@ -7,6 +7,7 @@ from dataclasses import replace
 import gzip
 from html.parser import HTMLParser
 import json
+import re
 
 from browser import open_page, wait_for
 import numpy as np
@@ -15,16 +16,24 @@ import pytest
 
 from fpnet.report import write_run_report
 from fpnet.report.charts import plan_figure
-from fpnet.report.moments import MAX_MOMENTS, chosen_ticks, moments
+from fpnet.report.moments import MAX_MOMENTS, chosen_updates, ellipse, moments
 from fpnet.report.pictures import grid_picture
-from fpnet.report.record import best_placement_error, on_one_storey, published_errors
+from fpnet.report.record import (
+    best_placement_error,
+    on_one_storey,
+    path_quality,
+    published_errors,
+    stated_names,
+)
 from fpnet_core.differences import Difference, DifferenceKind, Differences
+from fpnet_core.drawings.model import FloorplanModel, ModelRoom
 from fpnet_core.geometry import SE2
+from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import OCCUPIED, Cause, CauseKind, GridMap, LocalizerOutput, Status
 
 MAX_BYTES = 3_000_000
-MOVING = ('placement_0', 'placement_2', 'matches', 'published', 'robot', 'door_names')
+MOVING = ('placement_0', 'placement_2', 'near', 'ellipse', 'published', 'robot', 'door_names')
 
 
 class Page(HTMLParser):
@@ -62,18 +71,77 @@ def page(report):
 
 
 def test_it_is_one_file_that_loads_nothing(report, page):
-    assert [url for url in page.loaded if not url.startswith('data:')] == []
+    assert [url for url in page.loaded if not url.startswith(('data:', '#'))] == []
     assert report.stat().st_size < MAX_BYTES
     text = report.read_text(encoding='utf-8')
     assert 'a &lt;drive&gt; on a plan' in text
     assert 'a <drive>' not in text
 
 
-def test_it_shows_the_figures_with_their_units(report):
-    text = report.read_text(encoding='utf-8')
-    assert '<dt>path to first pose [m]</dt><dd>3.25</dd>' in text
-    assert '<dt>localized</dt><dd>yes</dd>' in text
-    assert 'wrong poses' not in text
+def test_it_answers_at_a_glance_and_folds_the_rest(made_up_run, tmp_path):
+    figures = {
+        'path_to_first_pose_m': 3.25, 'time_to_first_pose_s': 7.0, 'wrong_poses': 0, 'poses': 9,
+        'median_position_error_m': 0.031, 'median_yaw_error_deg': None, 'tick_ms_p50': 51.2,
+        'tick_ms_p95': 80.0, 'sigma_position_m_median': 0.12, 'scans': 40, 'is_odd': True,
+    }  # fmt: skip
+    path = tmp_path / 'report.html'
+    write_run_report(path, replace(made_up_run, figures=figures, building='Annex', title='drive'))
+    text = path.read_text(encoding='utf-8')
+    assert '<h1>Annex</h1>' in text, 'a second after 1970 is no date'
+    assert '>Localized at 3.2 m (7 s), p 0.90, error 0.03 m</b>' in text
+    tiles = re.findall('<dt>(.*?)</dt><dd>(.*?)</dd>', text)
+    assert len(tiles) == 5
+    assert ('poses', '9, 0 wrong') in tiles
+    assert ('update, median', '51 ms') in tiles
+    folded = text.partition('<summary>All figures')[2]
+    assert '<td>update, 95th percentile [ms]</td><td>80.00</td>' in folded
+    assert '<td>is odd</td><td>yes</td>' in folded
+    assert 'yaw error' not in folded
+    lost = replace(made_up_run.outputs[2], status=Status.LOST, A_plan_odom=None)
+    write_run_report(path, replace(made_up_run, outputs=(lost,)))
+    assert 'Localized at 3.2 m, but lost at the end, p 0.90' in path.read_text(encoding='utf-8')
+
+
+def test_the_title_has_the_date_and_rooms_the_names_of_the_drawing(made_up_run, tmp_path):
+    room = made_up_run.plan.rooms[1]
+    stated = FloorplanModel(
+        rooms=(ModelRoom((room.polygon,), 'Lab 2'), ModelRoom((room.polygon,)))
+    )
+    names = stated_names(made_up_run.plan, stated)
+    assert names == {room.id: 'Lab 2'}
+    assert stated_names(made_up_run.plan, None) == {}
+    traces = {t.name: t for t in plan_figure(replace(made_up_run, room_names=names)).data}
+    assert 'Lab 2' in traces['room names'].text
+    outputs = (replace(made_up_run.outputs[0], stamp_ns=1_700_000_000 * 10**9),)
+    nothing = PlanarTrajectory.empty()
+    dated = replace(made_up_run, outputs=outputs, published=nothing, truth=None, building='Annex')
+    assert dated.heading_line == 'Annex, 2023-11-14'
+
+
+def test_the_path_has_the_colours_of_errors_or_of_standard_deviations(made_up_run, page):
+    assert page.content['data']['published']['quality_m'] == pytest.approx([0.05, 0.05], abs=1e-3)
+    steady, features = Growth(0.0, 0.0, 0.0, 0.0), PoseFeatures(np.eye(3), np.zeros(1))
+    last = made_up_run.outputs[2]
+    at = np.array([1.0, 2.0])
+    cov = PoseCovariance(np.diag([0.09, 0.16, 0.01]), at, last.stamp_ns, steady, features)
+    known = replace(last, covariance=cov)
+    untold = replace(made_up_run, truth=None, outputs=(*made_up_run.outputs[:2], known))
+    name, values = path_quality(untold)
+    assert name == 'standard deviation'
+    assert values == pytest.approx([0.5, 0.5])
+    corners = ellipse(known) - last.A_plan_odom.apply(at)
+    assert np.abs(corners).max(axis=0) == pytest.approx(
+        np.sqrt(5.991) * np.array([0.3, 0.4]), rel=1e-2
+    )
+    assert len(ellipse(last)) == 0
+
+
+def test_the_submap_is_turned_to_the_plan_and_its_last_walls_are_where_the_pose_is(page):
+    waiting, _, localized = page.content['data']['moments']
+    assert waiting['turn'] == 0.0
+    assert localized['turn'] == pytest.approx(A_PLAN_SUBMAP.heading, abs=1e-3)
+    assert waiting['A_plan_near'] is None
+    np.testing.assert_allclose(localized['A_plan_near'], A_PLAN_SUBMAP.matrix[:2], atol=1e-4)
 
 
 def test_there_is_a_moment_for_each_tick(page):
@@ -185,7 +253,7 @@ def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
 
 def test_long_runs_are_thinned_out_but_changes_stay():
     statuses = [Status.SEARCHING] * 501 + [Status.AMBIGUOUS] + [Status.SEARCHING] * 600
-    chosen = chosen_ticks([status.value for status in statuses])
+    chosen = chosen_updates([status.value for status in statuses])
     assert len(chosen) <= MAX_MOMENTS
     assert {0, 501, 502, len(statuses) - 1} <= set(chosen)
     assert chosen == sorted(set(chosen))
@@ -267,9 +335,20 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
             "const t = document.getElementById('submap').data.find((t) => t.meta === 'robot');"
             'return [t.marker.symbol, t.marker.angle];'
         )
-        heading = made_up_run.heading(made_up_run.outputs[2])
+        heading = made_up_run.heading(made_up_run.outputs[2]) + A_PLAN_SUBMAP.heading
         assert arrow == ['arrow', pytest.approx(90.0 - np.rad2deg(heading), abs=0.1)]
         assert text('changes').count('placements') == 3
+        for at, status in (('#t=1.2', 'ambiguous'), ('#t=2', 'localized')):
+            browser.execute_script('location.hash = arguments[0]', at)
+            wait_for(browser, f"document.getElementById('status').textContent === '{status}'")
+        space = "new KeyboardEvent('keydown', {key: ' ', bubbles: true, cancelable: true})"
+        go_to(0)
+        browser.execute_script(f'document.body.dispatchEvent({space})')
+        assert text('play') == 'Pause'
+        wait_for(browser, "document.getElementById('slider').value === '2'")
+        browser.execute_script(f'document.body.dispatchEvent({space})')
+        browser.execute_script(f'document.body.dispatchEvent({space})')
+        assert text('play') == 'Play'
         browser.execute_script("document.querySelector('#changes button').click()")
         assert text('status') == 'waiting'
         go_to(2)
@@ -280,6 +359,8 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
         browser.execute_script('printed(true)')
         assert_fits(browser, 'plan')
         browser.execute_script('printed(false)')
+        sheet = browser.execute_cdp_cmd('Page.printToPDF', {'preferCSSPageSize': True})
+        assert base64.b64decode(sheet['data']).count(b'/Type /Page\n') == 1
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
 
 
