@@ -37,7 +37,8 @@ from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.evaluation.localization.runs import UPDATE_PERIOD_S
-from fpnet_ros.seeding import SeedingParameters, SeedingState, Situation, advise
+from fpnet_ros.seeding import SeedingState, Situation, advise
+from fpnet_ros.settings import SeederParameters
 from msg_adapters.poses import StampedPose, UncertainPose
 
 RIGHT_M, RIGHT_RAD = 1.0, np.deg2rad(10.0)
@@ -60,7 +61,7 @@ def drive(seed, family, sensor, config, starts):
 
 def accompanied(product, scans, place, rng):
     """Return the seeds and the filter's last pose, each with stamp and errors."""
-    other, state, limits = Amcl(product.plan.evidence, rng), SeedingState(), SeedingParameters()
+    other, state, limits = Amcl(product.plan.evidence, rng), SeedingState(), SeederParameters()
     statuses = {output.stamp_ns: output.status for output in product.replay.outputs}
     published = product.run.published
     ours_by_ns = {

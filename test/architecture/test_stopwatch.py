@@ -44,7 +44,7 @@ def first(word):
         ('ifc', 'fpnet_core/drawings/formats/ifc.py'),
         ('scale bar', 'fpnet_core/drawings/scale_bars.py'),
         ('OccupancyGrid', 'msg_adapters/grids.py'),
-        ('map_frame', 'fpnet_ros/outputs.py'),
+        ('broadcast', 'fpnet_ros/outputs.py'),
         ('rosbag', 'fpnet_core/io/bags.py'),
         ('map_server', 'fpnet_core/io/maps.py'),
         ('site.yaml', 'fpnet_core/sites/site_files.py'),

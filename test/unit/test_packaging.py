@@ -155,7 +155,7 @@ def test_what_is_installed_imports_all_that_it_asks_for():
         assert any(imports.search(source) for source in sources), name
 
 
-@pytest.mark.parametrize('group', ['fpnet.commands', 'fpnet.plan_tours', 'fpnet.live_nodes'])
+@pytest.mark.parametrize('group', ['fpnet.commands', 'fpnet.plan_tours', 'fpnet.listeners'])
 def test_entry_points_are_installed(group):
     [entry] = entry_points(group=group)
     assert entry.load()
