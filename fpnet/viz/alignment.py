@@ -38,7 +38,7 @@ def draw_alignment(ax: Axes, aligned: Alignment) -> None:
     if walls.is_furniture.any():
         x, y = walls.xy[walls.is_furniture].T
         ax.plot(x, y, '.', color=_FURNITURE, markersize=1.5, label='furniture')
-        ax.legend(loc='upper left', bbox_to_anchor=(1.02, 0.0), markerscale=6.0)
+        ax.legend(loc='upper right', bbox_to_anchor=(1.0, -0.06), markerscale=6.0)
     xy, off_m = walls.xy[~walls.is_furniture], walls.off_m[~walls.is_furniture]
     order = np.argsort(off_m, kind='stable')  # far ones on top
     points = ax.scatter(

@@ -56,7 +56,7 @@ _ALIGNED = (  # numerical: digits
     Column('median', 'median_m', Units.METRES.to(2, '-')),
     Column('90 %', 'p90_m', Units.METRES.to(2, '-')),
     Column('explained', 'explained', Units.SHARE),
-    Column('off the fitted transform', 'error_m', Units.METRES.to(2, '-')),
+    Column('off', 'error_m', Units.METRES.to(2, '-')),
     Column('at most', 'worst_m', Units.METRES.to(2, '-')),
     Column('stated sigma', 'sigma_m', Units.METRES.to(2, '-')),
     Column('exported map placed again', 'back_m', Units.METRES.to(2, '-')),
