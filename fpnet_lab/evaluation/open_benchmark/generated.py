@@ -25,7 +25,7 @@ from fpnet_lab.evaluation.localization.drives import kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
 from fpnet_lab.evaluation.open_benchmark.protocol import PlanIs
-from fpnet_lab.evaluation.open_benchmark.writing import Building, DrawnSheet, drive_inputs
+from fpnet_lab.evaluation.open_benchmark.writing import BenchmarkBuilding, DrawnSheet, drive_inputs
 from fpnet_lab.sim.drawn.storeys import Likeness, draw_storeys
 from fpnet_lab.sim.drives.recording import Recording
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
@@ -61,7 +61,7 @@ def generated_buildings(
     seed: int,
     sensor: str,
     on_building: Callable[[], None] = lambda: None,
-) -> Iterator[Building]:
+) -> Iterator[BenchmarkBuilding]:
     """
     Generate the buildings of a track with their drives, plans and wrong plans.
 
@@ -78,7 +78,9 @@ def generated_buildings(
             elsewhere[PlanIs.OTHER_FLOOR] = DrawnSheet(_other_floor(recording))
         scans = kept_scans(recording, OdometryConfig())
         truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
-        yield Building(drive_inputs(scans), truth, plan.own, plan.A_plan_building, elsewhere)
+        yield BenchmarkBuilding(
+            drive_inputs(scans), truth, plan.own, plan.A_plan_building, elsewhere
+        )
         on_building()
         recording, plan = following, next_plan
 

@@ -30,9 +30,9 @@ from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 from fpnet_core.types import FREE, GridMap
 from fpnet_lab.evaluation.open_benchmark.protocol import InputIs, PlanIs
 from fpnet_lab.evaluation.open_benchmark.writing import (
-    Building,
+    BenchmarkBuilding,
+    CaseInput,
     DrawnSheet,
-    ScanInput,
     drive_inputs,
 )
 
@@ -121,7 +121,7 @@ class _OnPlan:
 
 def real_buildings(
     entries: tuple[RealEntry, ...], folder: Path, on_building: Callable[[], None] = lambda: None
-) -> Iterator[Building]:
+) -> Iterator[BenchmarkBuilding]:
     """Read the buildings of intact entries; the foreign plan is the next entry's."""
     placed = [_on_plan(entry, folder) for entry in entries]
     for number, (entry, own) in enumerate(zip(entries, placed, strict=True)):
@@ -133,7 +133,7 @@ def real_buildings(
         if entry.input not in read:
             raise FpnetError(f'{entry.name}: unknown input {entry.input!r}; expected log or map')
         inputs, truth = read[entry.input](folder / entry.scans)
-        yield Building(inputs, truth, DrawnSheet(own.plan), own.A_plan_scans, elsewhere)
+        yield BenchmarkBuilding(inputs, truth, DrawnSheet(own.plan), own.A_plan_scans, elsewhere)
         on_building()
 
 
@@ -149,7 +149,7 @@ def _on_plan(entry: RealEntry, folder: Path) -> _OnPlan:
     return _OnPlan(plan.mirrored(), flip @ A_plan_scans)
 
 
-def _log(path: Path) -> tuple[tuple[ScanInput, ...], PlanarTrajectory]:
+def _log(path: Path) -> tuple[tuple[CaseInput, ...], PlanarTrajectory]:
     """Return the scans of a log's first part, and their poses as truth."""
     scans = list(open_scans(path))
     along = lengths_along(_poses(scans).xy)
@@ -163,7 +163,7 @@ def _poses(scans: list[Scan]) -> PlanarTrajectory:
     return PlanarTrajectory.from_transforms([scan.stamp_ns for scan in scans], poses)
 
 
-def _robot_map(path: Path) -> tuple[tuple[ScanInput, ...], PlanarTrajectory]:
+def _robot_map(path: Path) -> tuple[tuple[CaseInput, ...], PlanarTrajectory]:
     """Return a robot's map with a pose in its middle, and that pose as truth."""
     grid = read_map(path, DEFAULT_RESOLUTION_M)
     free = grid.rc_to_xy(np.argwhere(grid.cells == FREE))
@@ -171,4 +171,4 @@ def _robot_map(path: Path) -> tuple[tuple[ScanInput, ...], PlanarTrajectory]:
     stamps_ns = np.array([0, NS_PER_S], dtype=np.int64)  # a truth has at least two poses
     truth = PlanarTrajectory(stamps_ns, np.stack([middle, middle]), np.zeros(2))
     first = truth.take(np.array([0]))
-    return (ScanInput(InputIs.MAP, first, robot_map=grid),), truth
+    return (CaseInput(InputIs.MAP, first, robot_map=grid),), truth

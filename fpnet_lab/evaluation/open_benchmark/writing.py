@@ -53,7 +53,7 @@ class DrawnSheet:
 
 
 @dataclass(frozen=True, eq=False)
-class ScanInput:
+class CaseInput:
     """Scans with odometry, or a finished map with the robot's poses in its frame."""
 
     input_is: InputIs
@@ -63,7 +63,7 @@ class ScanInput:
 
 
 @dataclass(frozen=True, eq=False)
-class Building:
+class BenchmarkBuilding:
     """
     A building of a track: its inputs and plans.
 
@@ -71,14 +71,14 @@ class Building:
     ``elsewhere`` are the plans without a right answer.
     """
 
-    inputs: tuple[ScanInput, ...]
+    inputs: tuple[CaseInput, ...]
     truth: PlanarTrajectory
     plan: DrawnSheet
     A_plan_truth: Affine2D
     elsewhere: Mapping[PlanIs, DrawnSheet] = field(default_factory=dict)
 
 
-def drive_inputs(scans: Sequence[Scan], with_map: bool = True) -> tuple[ScanInput, ...]:
+def drive_inputs(scans: Sequence[Scan], with_map: bool = True) -> tuple[CaseInput, ...]:
     """Return a drive, its map, and the middle of its path of each length in :data:`PATHS_M`."""
     inputs = [_of_scans(InputIs.DRIVE, scans)]
     if with_map:
@@ -93,8 +93,8 @@ def drive_inputs(scans: Sequence[Scan], with_map: bool = True) -> tuple[ScanInpu
     return tuple(inputs)
 
 
-def _of_scans(input_is: InputIs, scans: Sequence[Scan]) -> ScanInput:
-    return ScanInput(input_is, _path(scans), tuple(scans))
+def _of_scans(input_is: InputIs, scans: Sequence[Scan]) -> CaseInput:
+    return CaseInput(input_is, _path(scans), tuple(scans))
 
 
 def _path(scans: Sequence[Scan]) -> PlanarTrajectory:
@@ -102,15 +102,15 @@ def _path(scans: Sequence[Scan]) -> PlanarTrajectory:
     return PlanarTrajectory.from_transforms([scan.stamp_ns for scan in scans], poses)
 
 
-def _mapped(scans: Sequence[Scan]) -> ScanInput:
+def _mapped(scans: Sequence[Scan]) -> CaseInput:
     """Return the map of all scans, with the pose of the last one in its frame."""
     submap = submap_of(scans, SubmapConfig())
     last = _path(scans[-1:]).mapped(submap.T_odom_submap.inv())
-    return ScanInput(InputIs.MAP, last, robot_map=submap.grid)
+    return CaseInput(InputIs.MAP, last, robot_map=submap.grid)
 
 
 def write_cases(
-    folder: Path, buildings: Iterator[Building], made: Mapping[str, Any], seed: int
+    folder: Path, buildings: Iterator[BenchmarkBuilding], made: Mapping[str, Any], seed: int
 ) -> CaseSet:
     """
     Write the cases of all buildings: all inputs on the own plan, drives and maps also elsewhere.
@@ -145,7 +145,7 @@ class _Writer:
         self._folder, self._rng = folder, rng
         self._used: set[int] = set()
 
-    def drafts(self, building: Building) -> Iterator[tuple[str, str, CaseTruth]]:
+    def drafts(self, building: BenchmarkBuilding) -> Iterator[tuple[str, str, CaseTruth]]:
         """Write a building; yield plan, scans and truth of each case."""
         poses = f'truth/{self._name()}.tum'
         truth = building.truth
@@ -177,7 +177,7 @@ class _Writer:
         sheet.drawing.save(self._folder / drawing)
         return drawing
 
-    def _scans(self, each: ScanInput) -> str:
+    def _scans(self, each: CaseInput) -> str:
         path = f'scans/{self._name()}'
         folder = self._folder / path
         write_tum(folder / ODOMETRY_NAME, each.poses.stamps_ns, each.poses.xy, each.poses.yaw)

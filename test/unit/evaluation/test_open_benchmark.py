@@ -23,7 +23,7 @@ from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import OCCUPIED
 from fpnet_lab.evaluation.open_benchmark.protocol import CaseSet, InputIs, PlanIs
 from fpnet_lab.evaluation.open_benchmark.writing import (
-    Building,
+    BenchmarkBuilding,
     DrawnSheet,
     drive_inputs,
     write_cases,
@@ -81,7 +81,7 @@ def folder(tmp_path_factory):
         PlanIs.MIRRORED: DrawnSheet(plan.mirrored()),
     }
     inputs = drive_inputs(scans)
-    building = Building(inputs, truth, DrawnSheet(plan), A_BUILDING_PLAN.inv(), elsewhere)
+    building = BenchmarkBuilding(inputs, truth, DrawnSheet(plan), A_BUILDING_PLAN.inv(), elsewhere)
     write_cases(folder, iter([building]), {'track': 'planted', 'seed': 0}, 0)
     return folder
 
