@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 # Physical: largest width of a doorway [m].
 _MAX_WIDTH_M = 3.0
-# Physical: high returns this near to the opening line belong to it, half of a thick wall [m].
+# Physical: high returns this near to the opening line belong to it [m].
 _LINE_REACH_M = THICK_WALL_M / 2.0
 # Physical: search range for rooms on both sides of the line, the thickness of outer walls [m].
 _ROOM_REACH_M = 0.8
