@@ -13,15 +13,22 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.pieces import label_extents, label_figures, looked_up
-from fpnet_core.raster.windows import border_of
+from fpnet_core.raster.pieces import (
+    label_extents,
+    label_figures,
+    looked_up,
+    pieces_of,
+    reached_from_edge,
+)
+from fpnet_core.raster.windows import Window, border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
+from fpnet_core.segmentation.door_thresholds import doorway_symbols
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, MIN_ROOM_WIDTH_M, cut_rooms
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.strokes import erase_door_symbols
-from fpnet_core.types import FREE, GridMap, Segmentation
+from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 # Smaller enclosed spaces without a door are no rooms;
 # fitted to furnished drawings of generated storeys (notes/segmentation.md).
@@ -29,6 +36,8 @@ _MIN_ENCLOSED_AREA_M2 = 3.0
 # Physical: too narrow for a person. An enclosed space without a door that is mostly narrower is
 # the hollow of a wall drawn as two lines, or a duct.
 _MIN_ENCLOSED_WIDTH_M = 0.6
+# Doors of rooms without an opening, their leaves and adjacent windows lie within [m]. Chosen.
+_NEAR_ENCLOSED_M = 2.0
 # Numerical: a hectare at 2 cm has 25 million cells; the work needs about twenty bytes per cell.
 _MAX_CELLS = 64_000_000
 _CELL_M = 0.05
@@ -80,16 +89,54 @@ def segment_floorplan(
     on_paper = is_on_paper(free)
     if free.all():
         return _empty(grid, 'the grid has no walls')
+    is_default = config.method == 'default'
     step = max(1, int(_CELL_M / cell_m))
-    scene = drawn_scene(free, cell_m, is_bare=config.method != 'default')
+    scene = drawn_scene(free, cell_m, is_bare=not is_default)
+    coarse = scene.coarser(step)
+    if is_default and (window := _enclosed_rooms(coarse, on_paper)) is not None:
+        symbols = _symbols_around(window, grid.cells, cell_m, step)
+        if symbols.any():
+            scene = drawn_scene(free | symbols, cell_m)
+            coarse = scene.coarser(step)
     if step == 1:
         return _cut(grid, scene, config, on_paper, metres_per_unit)
     cells = np.zeros([-(-side // step) for side in grid.shape], dtype=np.int8)
     blocks = replace(grid, cells=cells, resolution=step * grid.resolution)
-    found = _cut(blocks, scene.coarser(step), config, on_paper, metres_per_unit)
+    found = _cut(blocks, coarse, config, on_paper, metres_per_unit)
     labels = upsample_labels(np.asarray(found.labels), step, scene.free)
     labels.setflags(write=False)  # Segmentation copies writable arrays
     return replace(found, grid=grid, labels=labels)
+
+
+def _enclosed_rooms(scene: Scene, on_paper: bool) -> Window | None:
+    """
+    Return the window, with a margin, around all room-sized spaces without a door; or None.
+
+    The largest space is not counted: doors connect it to all others.
+    """
+    spaces, figures = pieces_of(scene.free, connectivity=4)
+    is_room = _is_room(spaces, scene.clearance, scene.cell_m, on_paper)
+    sizes = figures[:, 4]
+    is_room &= sizes >= _MIN_ENCLOSED_AREA_M2 / scene.cell_m**2
+    is_room[np.argmax(np.where(is_room, sizes, 0))] = False
+    if not is_room.any():
+        return None
+    near = round(_NEAR_ENCLOSED_M / scene.cell_m)
+    left, top, width, height, _ = figures[is_room].T
+    return (
+        slice(max(0, int(top.min()) - near), int((top + height).max()) + near),
+        slice(max(0, int(left.min()) - near), int((left + width).max()) + near),
+    )
+
+
+def _symbols_around(window: Window, cells: NDArray[np.int8], cell_m: float, step: int) -> Mask:
+    """Return the symbols (H, W) that close doorways in a window of blocks of ``cells (H, W)``."""
+    rows, cols = (slice(side.start * step, side.stop * step) for side in window)
+    free = cells[rows, cols] == FREE
+    ink = ~free & ~reached_from_edge(cells == UNKNOWN)[rows, cols]
+    symbols = np.zeros(cells.shape, np.bool_)
+    symbols[rows, cols] = doorway_symbols(ink, free, cell_m)
+    return symbols
 
 
 def _cut(
