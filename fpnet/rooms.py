@@ -53,11 +53,12 @@ class NamedRooms:
     def __init__(self, segmentation: Segmentation, names: Sequence[RoomName]) -> None:
         self._segmentation = segmentation
         labels = self._labels([each.xy for each in names])
-        self._names: dict[int, str] = {}
+        self.names: dict[int, str] = {}
+        """The names by the rooms' ids."""
         for label, each in zip(labels, names, strict=True):
             if label:
-                before = self._names.get(label)
-                self._names[label] = each.name if before is None else f'{before} / {each.name}'
+                before = self.names.get(label - 1)
+                self.names[label - 1] = f'{before} / {each.name}' if before else each.name
 
     @classmethod
     def of(cls, plan: Reading) -> NamedRooms:
@@ -67,11 +68,11 @@ class NamedRooms:
 
     def __len__(self) -> int:
         """Count the rooms with a name."""
-        return len(self._names)
+        return len(self.names)
 
     def at(self, xy: ArrayLike) -> list[str]:
         """Return the room's name at each point ``xy (N, 2)`` [m]; empty where there is none."""
-        return [self._names.get(label, '') for label in self._labels(xy)]
+        return [self.names.get(label - 1, '') for label in self._labels(xy)]
 
     def stays(self, path: PlanarTrajectory) -> tuple[RoomStay, ...]:
         """

@@ -220,7 +220,7 @@ class _Ended:
     def record(self, title: str) -> RunRecord:
         """Return the run as input of reports and animations."""
         from fpnet.report import RunRecord
-        from fpnet.report.record import on_one_storey, stated_names
+        from fpnet.report.record import on_one_storey
 
         run, known, plan = self.run, self.known, self.run.segmentation
         outputs = on_one_storey(run.result.outputs)
@@ -228,7 +228,7 @@ class _Ended:
         return RunRecord(
             title, f'{run.last.said}. {self.summary}', plan, outputs, run.poses,
             known.reference, known.A_plan_truth, self.figures(), self.causes, run.result.odometry,
-            run.differences, ', '.join(filter(None, names)), stated_names(plan, run.plan.model),
+            run.differences, ', '.join(filter(None, names)), run.named_rooms.names,
         )  # fmt: skip
 
     def _storeys(self) -> dict[str, Any]:

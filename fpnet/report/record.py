@@ -11,13 +11,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import shapely
 
 from fpnet.accuracy import pose_errors
 from fpnet_core.differences import Differences
-from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.raster.rays import values_at
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
@@ -117,20 +114,6 @@ def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, 
         else replace(output, estimates=Placements.empty(), match=None)
         for output in outputs
     )
-
-
-def stated_names(plan: Segmentation, model: FloorplanModel | None) -> dict[int, str]:
-    """Return the names that a drawing states, by room; ``model`` is in the plan's frame."""
-    names: dict[int, str] = {}
-    for room in model.rooms if model is not None else ():
-        if not room.name:
-            continue
-        inside = shapely.Polygon(room.rings[0], room.rings[1:]).representative_point()
-        rc = plan.grid.xy_to_rc(np.array([inside.x, inside.y]))
-        number = int(values_at(plan.labels, rc, 0)) - 1
-        if number >= 0:
-            names[number] = f'{names[number]}, {room.name}' if number in names else room.name
-    return names
 
 
 @dataclass(frozen=True, eq=False)

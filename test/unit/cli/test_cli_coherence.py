@@ -117,8 +117,9 @@ def test_documented_commands_exist(document, words):
         return
     for name in bare[0].split('|'):
         assert name in installed_commands()
-    names = bare[1].split('|') if len(bare) > 1 else ['']
-    paths = [(bare[0],), *((bare[0], name) for name in names)]
+    first, second, third = (word.split('|') for word in (*bare, '', '')[:3])
+    paths = [(a, b, c) for a in first for b in second for c in third]
+    paths = [path[:length] for path in paths for length in (1, 2, 3)]
     chosen = [path for path in paths if path in command_tree()]
     assert chosen, f'{document}: no command {" ".join(bare[:2])}'
     for path in chosen:

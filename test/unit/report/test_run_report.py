@@ -23,10 +23,8 @@ from fpnet.report.record import (
     on_one_storey,
     path_quality,
     published_errors,
-    stated_names,
 )
 from fpnet_core.differences import Difference, DifferenceKind, Differences
-from fpnet_core.drawings.model import FloorplanModel, ModelRoom
 from fpnet_core.geometry import SE2
 from fpnet_core.pose_covariance import Growth, PoseCovariance, PoseFeatures
 from fpnet_core.trajectory import PlanarTrajectory
@@ -103,13 +101,7 @@ def test_it_answers_at_a_glance_and_folds_the_rest(made_up_run, tmp_path):
 
 
 def test_the_title_has_the_date_and_rooms_the_names_of_the_drawing(made_up_run, tmp_path):
-    room = made_up_run.plan.rooms[1]
-    stated = FloorplanModel(
-        rooms=(ModelRoom((room.polygon,), 'Lab 2'), ModelRoom((room.polygon,)))
-    )
-    names = stated_names(made_up_run.plan, stated)
-    assert names == {room.id: 'Lab 2'}
-    assert stated_names(made_up_run.plan, None) == {}
+    names = {made_up_run.plan.rooms[1].id: 'Lab 2'}
     traces = {t.name: t for t in plan_figure(replace(made_up_run, room_names=names)).data}
     assert 'Lab 2' in traces['room names'].text
     outputs = (replace(made_up_run.outputs[0], stamp_ns=1_700_000_000 * 10**9),)

@@ -60,8 +60,9 @@ def test_drawing_covers_the_rotated_grid_and_keeps_colours():
     draw_segmentation(ax, segmentation, {0: (1.0, 0.0, 0.0)}, with_ids=True)
     FigureCanvasAgg(ax.figure).draw()
     corners = grid.rc_to_xy([[-0.5, -0.5], [-0.5, 89.5], [59.5, 89.5], [59.5, -0.5]])
-    assert ax.get_xlim() == pytest.approx((corners[:, 0].min(), corners[:, 0].max()))
-    assert ax.get_ylim() == pytest.approx((corners[:, 1].min(), corners[:, 1].max()))
+    low, high = np.array([ax.get_xlim(), ax.get_ylim()]).T
+    margins_m = corners.min(axis=0) - low, high - corners.max(axis=0)
+    assert ((np.array(margins_m) >= 0.0) & (np.array(margins_m) < 0.6)).all()
     tint = ax.images[1].get_array()
     assert tuple(tint[30, 45][:3]) == (1.0, 0.0, 0.0)
     assert tint[0, 0][3] == 0.0
