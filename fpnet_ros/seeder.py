@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+import re
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -53,6 +54,9 @@ from msg_adapters.poses import (
 )
 from msg_adapters.transforms import transforms_from_msg
 
+_LISTENERS = re.compile(
+    r'_|rosbag2'
+)  # given: nodes of ros2cli and recorders, which do not localize
 _MEMORY_NS = 10 * NS_PER_S  # chosen: our poses wait so long for the other localizer's
 _KINDS: dict[str, type] = {
     'pose_with_covariance': PoseWithCovarianceStamped,
@@ -80,7 +84,8 @@ class SeederNode(OwnValues):
         self._others: deque[UncertainPose] = deque(maxlen=ODOMETRY_QUEUE)
         self._stamps_ns: deque[int] = deque(maxlen=ODOMETRY_QUEUE)  # of ours, for TF
         self._tree = FrameTree()
-        self._had_subscriber = self._was_heard = False
+        self._heard: set[bytes] = set()
+        self._was_heard = False
         self._forget()
         self._seeds = self.add_publisher(PoseWithCovarianceStamped, 'initialpose', STREAM)
         self._diagnostics = self.add_publisher(DiagnosticArray, '/diagnostics', STREAM)
@@ -204,11 +209,16 @@ class SeederNode(OwnValues):
         return response
 
     def _on_timer(self) -> None:
-        had, self._had_subscriber = self._had_subscriber, self._seeds.get_subscription_count() > 0
-        if had and not self._had_subscriber:
+        found = self.get_subscriptions_info_by_topic(self._seeds.topic_name)
+        heard = {
+            bytes(each.endpoint_gid) for each in found if not _LISTENERS.match(each.node_name)
+        }
+        # A dead subscriber remains until its lease expires: a new one beside it is a restart, too.
+        if (heard - self._heard and not self._state.is_new) or (self._heard and not heard):
             self._state = self._state.has_restarted()
         # Discovery is mutual: a new subscriber discovers this publisher a moment later.
-        self._was_heard = had and self._had_subscriber
+        self._was_heard = bool(heard & self._heard)
+        self._heard = heard
         self._step()
         advice, state = self._advice, self._state
         values = {

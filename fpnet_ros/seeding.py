@@ -123,7 +123,7 @@ def advise(
         refusal = 'reseed is false; call ~/seed'
     if state.is_due and not refusal and seen.ours is not None:
         x, y = _xy(seen.ours)
-        said = f'{_need(state)}; told it that the robot is at ({x:.2f}, {y:.2f})'
+        said = f'{_need(state)}; published the pose ({x:.2f}, {y:.2f})'
         kind = f'seed {state.seeds}'
         return state.has_seeded(seen.ours), Advice(True, kind, said, not state.is_new)
     return state, _described(state, seen, refusal)
@@ -184,7 +184,7 @@ def _described(state: SeedingState, seen: Situation, refusal: str) -> Advice:
     """Return the advice not to publish, with the reason."""
     if state.is_due:
         kind = f'{state.agreement}, {seen.status}, {seen.is_heard}'
-        said = f'{_need(state)}; not told its pose: {refusal}'
+        said = f'{_need(state)}; no seed: {refusal}'
         return Advice(False, kind, said, is_trouble=not state.is_new)
     if seen.status is not Status.LOCALIZED:
         return Advice(False, f'{seen.status}', refusal)

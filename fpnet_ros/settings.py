@@ -202,8 +202,8 @@ class SeederParameters(Section):
     elsewhere_s: float = Field(
         3.0,
         gt=0.0,
-        description='Time for which the other localizer must be elsewhere before it is told its '
-        'pose again; doubled with each pose that it ignores.',
+        description='Time for which the other localizer must be elsewhere before the pose is '
+        'published again; doubled with each pose that it ignores.',
     )
     tolerance_m: float = Field(
         0.25,

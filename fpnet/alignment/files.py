@@ -42,9 +42,11 @@ def write_files(aligned: Alignment, folder: Path) -> list[str]:
     Raises
     ------
     ConfigError
-        If ezdxf is not installed.
+        If ezdxf is not installed; all files but the DXF are written then.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    result = json.dumps(aligned.as_json(), indent=2, allow_nan=False)
+    (folder / RESULT).write_text(result + '\n', encoding='utf-8')
     A = aligned.A_plan_map
     corrected = corrected_plan(aligned)
     maps = {
@@ -56,14 +58,12 @@ def write_files(aligned: Alignment, folder: Path) -> list[str]:
     for name, grid in maps.items():
         write_map(grid, folder / f'{name}.yaml')
     write_confidence(corrected, folder / 'corrected_plan_confidence.yaml')
-    write_dxf(corrected_model(aligned), folder / 'corrected_plan.dxf')
     write_geojson(folder / 'differences.geojson', aligned.differences)
     name = Path(aligned.plan.drawing.name).stem
     write_rmf(
         aligned.model, folder / 'aligned.building.yaml', name, rmf_picture(aligned, 'plan.png')
     )
-    result = json.dumps(aligned.as_json(), indent=2, allow_nan=False)
-    (folder / RESULT).write_text(result + '\n', encoding='utf-8')
+    write_dxf(corrected_model(aligned), folder / 'corrected_plan.dxf')
     return [
         RESULT,
         *(f'{name}.yaml' for name in (*maps, 'corrected_plan_confidence')),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
+from scipy.spatial import cKDTree
 
 from fpnet.alignment.deformation import DeformedPlan
 from fpnet_core.differences import DifferenceKind, Differences
@@ -177,14 +178,24 @@ def observed_walls(
     reach = max(1, round(WALL_REACH_M / (plan.resolution * metres)))
     drawn = (plan.cells == OCCUPIED) & grown(labels > 0, 2 * reach)
     far_m = metres_to(drawn, plan.resolution * metres)
+    walls = cKDTree(plan.rc_to_xy(np.argwhere(drawn))) if drawn.any() else None
+
+    def off(points: Array) -> Array:
+        """Return distances to drawn walls, of points outside of the drawing, too."""
+        found = values_at(far_m, plan.xy_to_rc(points), FAR_M).astype(np.float64)
+        outside = found >= FAR_M
+        if walls is not None and outside.any():
+            found[outside] = metres * walls.query(points[outside])[0]
+        return found
+
     xy, shift = deformed.A_plan_map.apply(walls_map), deformed.shift_at(walls_map)
     rc = plan.xy_to_rc(xy + shift)
     kinds = [False, *(each.kind is DifferenceKind.FURNITURE for each in differences.pieces)]
     return ObservedWalls(
         xy=xy,
         shift=shift,
-        off_m=values_at(far_m, plan.xy_to_rc(xy), FAR_M).astype(np.float64),
-        left_m=values_at(far_m, rc, FAR_M).astype(np.float64),
+        off_m=off(xy),
+        left_m=off(xy + shift),
         room=_room_faced(walls_map, robot, plan, model, deformed, metres),
         is_furniture=np.array(kinds)[values_at(differences.piece_of, rc, 0)],
         spacing_m=spacing_m,

@@ -74,22 +74,25 @@ def command(
         raise typer.Exit(NO_ANSWER) from None
     report = aligned.as_json()
     _say(report, json_path)
-    if out is not None:
-        report['files'] = aligned.write(out)
-        common.say(f'wrote {len(report["files"])} files to {out}', json_path)
-    common.write_json(json_path, report)
+    try:
+        if out is not None:
+            report['files'] = aligned.write(out)
+            common.say(f'wrote {len(report["files"])} files to {out}', json_path)
+    finally:  # a library that only files need may be missing
+        common.write_json(json_path, report)
 
 
 def _say(report: dict[str, Any], json_path: Path | None) -> None:
     """Print the result of an alignment."""
     (_, _, x), (_, _, y), _ = report['T_plan_map']
     cov, bent, walls = report['covariance'], report['deformation'], report['walls']
+    true_m = report['true_metres_per_plan_metre']
     lines = (
         f'{report["status"]} (p {report["probability"]:.2f}): {report["reason"]}',
         f'map in plan: x {x:.2f} m, y {y:.2f} m, yaw {report["yaw_deg"]:.2f} deg, '
         f'scale {report["scale"]:.4f}',
-        f'standard deviation at the middle of the map: {cov["sigma_x_m"]:.2f} m, '
-        f'{cov["sigma_y_m"]:.2f} m, {cov["sigma_yaw_deg"]:.2f} deg',
+        f'standard deviation at the middle of the map: {true_m * cov["sigma_x_m"]:.2f} m, '
+        f'{true_m * cov["sigma_y_m"]:.2f} m, {cov["sigma_yaw_deg"]:.2f} deg',
         f'local deformation of the drawing: {bent["rms_m"]:.2f} m RMS, at most '
         f'{bent["max_m"]:.2f} m',
     )

@@ -113,3 +113,12 @@ def test_unusable_poses_are_refused(received, change, message):
 def test_a_scaled_matrix_is_not_published():
     with pytest.raises(OdometryError, match='rigid'):
         matrix_to_pose_msg(np.diag([2.0, 2.0, 2.0, 1.0]))
+
+
+def test_rotation_is_the_textbook_one():
+    # 60 deg about z: (0, 0, sin 30 deg, cos 30 deg); x forward turns to (cos 60, sin 60).
+    msg = Pose()
+    msg.orientation.z, msg.orientation.w = 0.5, math.sqrt(0.75)
+    np.testing.assert_allclose(
+        matrix_from_pose_msg(msg)[:3, 0], (0.5, math.sqrt(0.75), 0.0), atol=1e-12
+    )

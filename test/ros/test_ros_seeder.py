@@ -179,7 +179,7 @@ def test_a_robot_carried_off_ten_times_is_told_its_place_ten_times(bench):
         assert robot.is_near(seed.pose.T_frame_body, seed.pose.stamp_ns)
         np.testing.assert_allclose(seed.cov, np.diag(np.square(SIGMAS)), atol=1e-12)
     log = robot.child.log.read_text()
-    assert log.count('told it that the robot is at') == len(robot.seeds), 'one line for each'
+    assert log.count('published the pose') == len(robot.seeds), 'one line for each'
     assert 'Traceback' not in log
 
 

@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
+import os
 from pathlib import Path
 import re
 import shlex
+import signal
 import subprocess
 import tempfile
 
@@ -109,16 +111,21 @@ class CommandProgram:
 
     def _run(self, words: list[str]) -> None:
         try:
-            done = subprocess.run(  # noqa: S603 - the user's own command
-                words, capture_output=True, text=True, timeout=self.timeout_s, check=False
+            # A session of its own, so that what a script has started ends with it.
+            started = subprocess.Popen(  # noqa: S603 - the user's own command
+                words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
             )
-        except subprocess.TimeoutExpired:
-            raise FpnetError(f'it took more than {self.timeout_s:g} s') from None
         except OSError as error:
             raise FpnetError(f'cannot run {words[0]}: {error.strerror}') from None
-        if done.returncode:
-            last = (done.stderr.strip().splitlines() or ['no message'])[-1]
-            raise FpnetError(f'it ended with {done.returncode}: {last[:_SHOWN_CHARACTERS]}')
+        with started:
+            try:
+                said = started.communicate(timeout=self.timeout_s)[1].decode(errors='replace')
+            except subprocess.TimeoutExpired:
+                os.killpg(started.pid, signal.SIGKILL)
+                raise FpnetError(f'it took more than {self.timeout_s:g} s') from None
+        if started.returncode:
+            last = (said.strip().splitlines() or ['no message'])[-1]
+            raise FpnetError(f'it ended with {started.returncode}: {last[:_SHOWN_CHARACTERS]}')
 
 
 def own_programs(config: FpnetConfig) -> Mapping[str, Program]:

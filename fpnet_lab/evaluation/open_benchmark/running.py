@@ -86,7 +86,7 @@ def run_programs(
     Run programs on all cases; return the reasons of failures by program and case.
 
     A program is a function of two paths, plan and scans, that returns its poses. It fails where it
-    raises an FpnetError; that counts as "cannot say". ``out`` gets a folder for each program.
+    raises an error; that counts as "cannot say". ``out`` gets a folder for each program.
 
     Raises
     ------
@@ -122,6 +122,8 @@ def _run_one(program: Program, cases: CaseSet, case: OpenCase, out: Path) -> str
         answer = program(plan.resolve(), scans.resolve())
     except FpnetError as error:
         failure = str(error)
+    except Exception as error:
+        failure = f'{type(error).__name__}: {error}'
     write_answer(_answer(out, case), answer)
     return failure
 

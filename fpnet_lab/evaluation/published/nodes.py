@@ -40,7 +40,7 @@ _FAULTS = (
 )
 _SEEDER = (
     Column('robots carried off', 'kidnaps'),
-    Column('told again', 'reseeded'),
+    Column('initialized again', 'reseeded'),
     Column('after, median and most', together(
         ('reseeded_s_median', Units.SECONDS), ('reseeded_s_max', Units.SECONDS)
     )),

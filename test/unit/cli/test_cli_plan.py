@@ -12,7 +12,7 @@ import pytest
 from fpnet.cli import common, main
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
-from fpnet_core.drawings.types import ScaleSource
+from fpnet_core.drawings.types import ReadOptions, ScaleSource
 from fpnet_core.errors import ConfigError
 from fpnet_core.io.maps import write_map
 from fpnet_core.raster.pixels import map_points
@@ -195,3 +195,37 @@ def test_an_unknown_scale_is_searched_unless_somebody_decides(drawing):
     assert with_scale_of(reading, set_).localizer.scale_policy == 'trusted'
     stated = common.DrawingOptions(resolution=0.05).read(drawing, free)
     assert with_scale_of(stated, free) is free
+
+
+def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):
+    """Six rooms of 4 m in a file whose unit is 5 cm; the picture it is painted as is larger."""
+    walls = ''.join(
+        f'<rect x="{40 + 80 * k}" y="{y}" width="80" height="80"/>'
+        f'<path d="M{70 + 80 * k} {door}h18" stroke="white" stroke-width="6"/>'
+        for k in range(6)
+        for y, door in ((40, 120), (160, 160))
+    )
+    (tmp_path / 'a.svg').write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="560" height="280">'
+        f'<g fill="none" stroke="black" stroke-width="4">{walls}'
+        '<path d="M40 120V160M520 120V160"/></g></svg>'
+    )
+    bare = read_plan(tmp_path / 'a.svg')
+    height, width = bare.drawing.pixels.shape[:2]
+    stated = read_plan(tmp_path / 'a.svg', ReadOptions(resolution_m=0.01))
+    assert not [note for note in bare.notes if 'Pixels are' in note]
+    per_unit = bare.drawing.A_pixel_image[0, 0]
+    assert per_unit > 1.5
+    said = f'{width} x {height} image rendered from the SVG, {per_unit:.4g} per unit'
+    assert said in stated.notes[-1]
+
+
+def test_what_was_typed_is_typed_again(tmp_path):
+    said = common.DrawingOptions(resolution=0.05, page=2, layer=['A', 'B c'], mirrored=True)
+    typed = said.invocation(('fpnet', 'plan'), tmp_path / 'a.dxf')
+    assert typed.again() == (
+        f"fpnet plan {tmp_path / 'a.dxf'} --resolution 0.05 --page 2 --layer A --layer 'B c' "
+        '--mirrored'
+    )
+    assert '--resolution 0.06' in typed.again('--resolution', '0.06')
+    assert '0.05' not in typed.again('--resolution', '0.06')

@@ -226,3 +226,20 @@ def test_scans_that_alone_tell_the_motion_must_come_often(hz, is_rare):
     assert not is_rare or '2.0 Hz' in found[0].said
     told = replace(seen, track=PoseTrack.of([(k, np.eye(4)) for k in stamps_ns]))
     assert list(check_rate(told)) == []
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'words'),
+    [
+        ({'way': 1.4}, ['1.40 times the distance', 'radius']),
+        ({'way': 0.8}, ['0.80 times the distance']),
+        ({'mount_deg': 20.0}, ['20 degrees to one side', 'by 20 degrees']),
+        ({'mount_deg': -20.0}, ['20 degrees to one side', 'by -20 degrees']),
+        ({'drift_deg_per_m': 1.0}, ['0.9 degrees per metre', 'offset']),
+        ({'gain': 1.3}, ['1.29 times the rotation', 'track width']),
+    ],
+)
+def test_what_is_steadily_wrong_with_an_odometry_is_measured(wrong, words):
+    (finding,) = check_bias('/odom', _driven(**wrong))
+    assert (finding.problem, finding.where) == (Problem.ODOMETRY, '/odom')
+    assert all(word in f'{finding.evidence} {finding.next}' for word in words), finding.said

@@ -210,3 +210,8 @@ def test_maps_of_map_server_and_clouds_state_their_scale(tmp_path, name):
 @pytest.mark.parametrize('name', ['a.png', 'a.PGM', 'a.yaml.jpg', 'a.webp', 'yaml', 'a.yaml/b'])
 def test_bare_images_do_not_state_their_scale(tmp_path, name):
     assert not states_scale(tmp_path / name)
+
+
+def test_raw_mode_takes_pixels_as_percent(folder):
+    grid = read_map(folder(grey([[0, 100, 50, 255, 90]]), mode='raw'))
+    np.testing.assert_array_equal(grid.cells, [[FREE, OCCUPIED, UNKNOWN, UNKNOWN, OCCUPIED]])

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
+import pytest
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Placement
@@ -156,4 +157,25 @@ def test_a_doubt_is_given_up_only_for_a_good_reason():
         estimate, _ = following.update(submap(unsure), claim())
         assert estimate.status is expected
     estimate, _ = following.update(submap(walls()), claim())
+    assert estimate.status is Status.LOCALIZED
+
+
+@pytest.mark.parametrize('score', [0.9, 0.3])
+def test_what_a_rough_drawing_explains_is_the_measure(score):
+    """A third of the walls on drawn ones is little for a good drawing, enough for a poor one."""
+    rng = np.random.default_rng(0)
+    fits = rng.random(len(walls())) < 0.33
+    newest = np.where(fits[:, None], walls(), elsewhere() + 60.0)
+    estimate, _ = Following().update(submap(newest), claim(score))
+    assert (estimate.status is Status.LOCALIZED) == (score < 0.5)
+
+
+def test_what_was_usual_is_the_measure_not_a_claim_that_has_sunk():
+    """Walls of another place lower the claim's own score before anybody asks them."""
+    following = Following()
+    for _ in range(5):
+        following.update(submap(walls()), claim())
+    estimate, _ = following.update(submap(partly(0.33)), claim(score=0.5))
+    assert estimate.status is Status.LOST
+    estimate, _ = Following().update(submap(partly(0.33)), claim(score=0.5))
     assert estimate.status is Status.LOCALIZED

@@ -11,7 +11,7 @@ from fpnet_core.config import PoseConfig, load_config
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.scale import ScaleHistory
+from fpnet_core.localizer.scale import ScaleHistory, estimated_search
 from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.segmentation.moved import rescaled
@@ -156,3 +156,19 @@ def test_a_stated_scale_is_doubted_at_the_odds_of_its_being_so_wrong():
         assert ScaleHistory.begun(*settings).search.wide_scales is None
     told = CONFIG.model_copy(update={'scale_tolerance': 0.4})
     assert ScaleHistory.begun('approximate', told).search.wide_scales is None
+
+
+def test_intervals_of_two_maps_add_like_independent_errors():
+    known, plan, sub = ScaleEstimate(1, 1, 1), ScaleEstimate(3, 2.7, 3.3), ScaleEstimate(7, 6, 8)
+    both = estimated_search(plan, sub, CONFIG).log_range
+    one, other = (
+        estimated_search(*pair, CONFIG).log_range for pair in ((plan, known), (known, sub))
+    )
+    assert both == pytest.approx(np.hypot(one, other), abs=0.12)
+    assert max(one, other) < both < one + other
+
+
+def test_nothing_known_of_a_scale_does_not_search_forever():
+    wide = estimated_search(ScaleEstimate(1, 0.1, 10), ScaleEstimate(1, 0.1, 10), CONFIG)
+    assert 2.0 < wide.factors.max() < 2.5
+    assert len(wide) < 32

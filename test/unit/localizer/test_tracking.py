@@ -209,3 +209,28 @@ def test_nothing_found_is_searching():
 
 def test_rivals_that_are_all_poor_are_none_of_these():
     assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2
+
+
+def test_a_look_as_sure_as_all_of_them_needs_no_more_floor():
+    """As where a floorplan comes after the robot has seen the building."""
+    for weight, driven_m, status in (
+        (13.0, 20.0, Status.AMBIGUOUS),
+        (15.0, 0.0, Status.AMBIGUOUS),  # it stands
+        (15.0, 20.0, Status.LOCALIZED),
+    ):
+        following, update = Following(), posterior((HERE, weight), (THERE, 0.0), none=-9.0)
+        seen = {'floor_m2': 90.0, 'driven_m': driven_m, 'needs_news': True}
+        for _ in range(CONFIG.confirm_updates):
+            estimate = following.update(update, NO_MIRROR, **seen)
+        assert estimate.status is status
+
+
+def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
+    following = Following()
+    wanted = []
+    for _ in range(2 * CONFIG.mirror_check_updates):
+        wanted.append(following.wants_mirror)
+        feed(following, TIE)
+    assert sum(wanted) == 2
+    feed(following, *[GOOD] * 4)
+    assert not following.wants_mirror

@@ -20,7 +20,7 @@ from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.joint_attention import JointAttention
-from fpnet_core.models.paper import sinkhorn
+from fpnet_core.models.paper import pair_distances, sinkhorn
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.baselines import NearestNeighborMatcher
 from fpnet_lab.metrics import MatchCounts, count_matches
@@ -29,9 +29,9 @@ from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.config import AugmentationConfig, LossConfig
 from fpnet_lab.training.data import augment
 from fpnet_lab.training.loop import make_fabric
-from fpnet_lab.training.losses import match_loss, matching_loss
+from fpnet_lab.training.losses import match_loss, matching_loss, spatial_loss, topology_loss
 from fpnet_lab.training.networks.tensors import TORCH
-from fpnet_lab.training.optimizer import Muon
+from fpnet_lab.training.optimizer import Muon, orthogonalized
 
 NO_CHANGE = AugmentationConfig(
     mirror_probability=0.0,
@@ -353,3 +353,55 @@ def test_gradients_agree_with_finite_differences(weights):
             numeric[i, j] = float(loss(scores + nudge) - loss(scores - nudge)) / (2 * step)
     assert gradient[0].numpy() == pytest.approx(numeric, abs=1e-6)
     assert np.abs(numeric).max() > 1e-3
+
+
+def test_topology_loss_counts_broken_and_invented_edges():
+    assignment = hard_assignment()[:, :-1, :-1]
+    adjacency = prepared_plan().adjacency
+    labels = torch.tensor([[2, 1, UNMATCHED, IGNORE]])
+    # True partners 2 and 1 are adjacent; the assignment says 2 and 0, which are not.
+    assert float(topology_loss(assignment, labels, adjacency)) == pytest.approx(1.0)
+
+
+def test_spatial_loss_is_the_expected_distance():
+    assignment = torch.zeros((1, 5, 4), dtype=torch.float64)
+    assignment[0, 1, 0], assignment[0, 2, 0] = 0.5, 0.25
+    labels = torch.tensor([[2, IGNORE, IGNORE, IGNORE]])
+    # Nodes 1 and 2 are at (0.3, 0.4) and (1.0, 0.1).
+    expected = 0.5 * math.hypot(0.7, 0.3)
+    loss = spatial_loss(assignment, labels, pair_distances(TORCH, prepared_plan()))
+    assert float(loss) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize('shape', [(3, 40, 40), (2, 32, 64), (1, 96, 48)])
+def test_directions_have_singular_values_of_about_one(shape):
+    matrices = torch.randn(shape, generator=torch.Generator().manual_seed(1))
+
+    values = torch.linalg.svdvals(orthogonalized(matrices))
+
+    assert values.min() > 0.3
+    assert values.max() < 1.3
+
+
+def test_directions_keep_the_singular_vectors():
+    matrix = torch.randn((1, 40, 40), generator=torch.Generator().manual_seed(2))
+    u, _, vh = torch.linalg.svd(matrix)
+
+    turned = u.mT @ orthogonalized(matrix) @ vh.mT
+
+    off_diagonal = turned - torch.diag_embed(torch.diagonal(turned, dim1=-2, dim2=-1))
+    assert off_diagonal.abs().max() < 1e-3
+
+
+def test_blocks_of_a_tall_matrix_step_on_their_own():
+    layer = nn.Linear(32, 96, bias=False)
+    before = layer.weight.detach().clone()
+    optimizer = Muon(layer.parameters(), lr=0.1, weight_decay=0.0)
+    layer.weight.grad = torch.zeros_like(layer.weight)
+    layer.weight.grad[:32] = torch.eye(32)
+
+    optimizer.step()
+
+    moved = (layer.weight.detach() - before).abs().amax(dim=1)
+    assert (moved[:32] > 0.0).all()
+    assert (moved[32:] == 0.0).all()

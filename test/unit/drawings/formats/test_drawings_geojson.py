@@ -181,3 +181,10 @@ def test_an_archive_that_grows_is_refused(tmp_path):
         archive.writestr('unit.geojson', b' ' * (MAX_BYTES + 1000))
     with pytest.raises(MapFormatError, match='too large'):
         open_drawing(tmp_path / 'a.zip')
+
+
+def test_metres_about_a_place_and_back():
+    # Sixty degrees north: half as long to the east as at the equator, and a little more.
+    np.testing.assert_allclose(HERE.metres_per_degree, [55800.2, 111412.2], atol=0.5)
+    points = np.array([[12.0, -7.0], [0.0, 300.0]])
+    np.testing.assert_allclose(HERE.to_metres(HERE.to_degrees(points)), points, atol=1e-6)
