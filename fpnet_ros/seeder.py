@@ -37,7 +37,7 @@ from fpnet_ros.runtime import (
     run_node,
     sensor_data,
 )
-from fpnet_ros.seeding import Advice, SeedingState, Situation, advise, refused
+from fpnet_ros.seeding import Advice, SeedingState, Situation, advise, is_restart, refused
 from fpnet_ros.settings import SeederParameters
 from msg_adapters.diagnostics import (
     OK,
@@ -213,8 +213,7 @@ class SeederNode(OwnValues):
         heard = {
             bytes(each.endpoint_gid) for each in found if not _LISTENERS.match(each.node_name)
         }
-        # A dead subscriber remains until its lease expires: a new one beside it is a restart, too.
-        if (heard - self._heard and not self._state.is_new) or (self._heard and not heard):
+        if is_restart(self._heard, heard, self._state.is_new):
             self._state = self._state.has_restarted()
         # Discovery is mutual: a new subscriber discovers this publisher a moment later.
         self._was_heard = bool(heard & self._heard)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, replace
 from enum import StrEnum
 import math
@@ -127,6 +128,16 @@ def advise(
         kind = f'seed {state.seeds}'
         return state.has_seeded(seen.ours), Advice(True, kind, said, not state.is_new)
     return state, _described(state, seen, refusal)
+
+
+def is_restart(before: Set[bytes], now: Set[bytes], is_new: bool) -> bool:
+    """
+    Return whether the other localizer was started again, from who subscribes to the seeds.
+
+    A dead subscriber remains until its lease expires, so a new one beside it is a restart as well,
+    unless the localizer ``is_new`` anyway.
+    """
+    return bool((before and not now) or (now - before and not is_new))
 
 
 def refused(seen: Situation, limits: SeederParameters) -> str:

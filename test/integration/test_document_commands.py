@@ -48,7 +48,7 @@ ELSEWHERE = {
     'make demo': 'test/ros/test_ros_demo.py::test_a_session_leaves_its_files_and_no_process',
     'make test': '.ci/run::make test-all',
     'colcon build --packages-select fpnet_ros': 'test/ros/conftest.py::colcon',
-    'pip install -c constraints-cpu.txt .[plans,report]': 'test/integration/test_wheel.py::'
+    'pip install .[plans,report]': 'test/integration/test_wheel.py::'
     'test_the_command_and_its_data_are_in_the_wheel',
     'fpnet demo --seed 3': 'test/ros/test_ros_demo.py::'
     'test_a_session_leaves_its_files_and_no_process',

@@ -15,6 +15,7 @@ from fpnet_ros.seeding import (
     SeedingState,
     Situation,
     advise,
+    is_restart,
 )
 from fpnet_ros.settings import SeederParameters
 from msg_adapters.poses import StampedPose, UncertainPose
@@ -142,3 +143,19 @@ def test_a_silent_one_is_said_but_not_told():
     _, advice = advise(state, moved, LIMITS)
     assert advice.is_trouble
     assert 'publishes no pose' in advice.said
+
+
+@pytest.mark.parametrize(
+    ('before', 'now', 'is_new', 'expected'),
+    [
+        ('a', 'a', False, False),
+        ('a', '', False, True),  # it ended
+        ('', 'a', False, True),  # it came back, after a seed on request
+        ('a', 'ab', False, True),  # killed and respawned: the dead one lingers
+        ('ab', 'b', False, False),  # the dead one's lease expires
+        ('', 'a', True, False),
+    ],
+)
+def test_a_restarted_localizer_is_known_by_its_subscription(before, now, is_new, expected):
+    sides = ({bytes(each, 'ascii') for each in side} for side in (before, now))
+    assert is_restart(*sides, is_new) is expected
