@@ -218,16 +218,12 @@ def diff(
     FpnetError
         If a file cannot be read, or a plan holds no room.
     """
-    config = config or FpnetConfig()
-    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
-    site = _as_site(plan, config)
-    found = next(iter(match_site(site, seen, config).values()))
+    found, storey, _ = _best_match(plan, robot_map, config or FpnetConfig())
     if found.status is not MapMatchStatus.MATCHED:
         raise NotPlacedError(f'not placed, so the drawing cannot be checked: {found.reason}')
-    name = found.storey or site.storeys[0].name
     A_plan_sub = found.candidates.estimates[0].A_plan_submap
-    grid = site.storey(name).plan.grid
-    return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
+    grid = storey.plan.grid
+    return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), storey.name)
 
 
 @checked
@@ -256,11 +252,18 @@ def align(
         If a file cannot be read, or a plan holds no room.
     """
     config = config or FpnetConfig()
+    found, storey, seen = _best_match(plan, robot_map, config)
+    return align_found(found, storey.plan, seen, config)
+
+
+def _best_match(
+    plan: Reading | Site | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig
+) -> tuple[MapMatch, Storey, RobotMap]:
+    """Return the best match of a robot map with a site, its storey, and the map as read."""
     seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
     site = _as_site(plan, config)
     found = next(iter(match_site(site, seen, config).values()))
-    drawing = site.storey(found.storey or site.storeys[0].name).plan
-    return align_found(found, drawing, seen, config)
+    return found, site.storey(found.storey or site.storeys[0].name), seen
 
 
 def align_found(

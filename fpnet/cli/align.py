@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -22,17 +22,11 @@ _COLUMNS = (
 
 @common.reads_drawing
 def command(
-    submap: Annotated[
-        Path,
-        typer.Option('--submap', metavar='FILE', help='Robot map: image, YAML or point cloud.'),
-    ],
+    submap: common.SubmapOption,
     said: common.DrawingOptions,
     plan: common.FloorplanOption = None,
     site: common.SiteOption = None,
-    submap_storey: Annotated[
-        int | None,
-        typer.Option('--submap-storey', min=1, help='Storey of a point cloud, 1 is the lowest.'),
-    ] = None,
+    submap_storey: common.SubmapStoreyOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,

@@ -71,6 +71,14 @@ SetOption = Annotated[
         autocompletion=complete_setting,
     ),
 ]
+SubmapOption = Annotated[
+    Path,
+    typer.Option('--submap', metavar='FILE', help='Robot map: image, YAML or point cloud.'),
+]
+SubmapStoreyOption = Annotated[
+    int | None,
+    typer.Option('--submap-storey', min=1, help='Storey of a point cloud, 1 is the lowest.'),
+]
 OutOption = Annotated[
     Path | None, typer.Option('--out', metavar='DIR', help='Output folder, created if missing.')
 ]

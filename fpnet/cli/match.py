@@ -30,17 +30,11 @@ if TYPE_CHECKING:
 
 @common.reads_drawing
 def command(
-    submap: Annotated[
-        Path,
-        typer.Option('--submap', metavar='FILE', help='Robot map: image, YAML or point cloud.'),
-    ],
+    submap: common.SubmapOption,
     said: common.DrawingOptions,
     plan: common.FloorplanOption = None,
     site: common.SiteOption = None,
-    submap_storey: Annotated[
-        int | None,
-        typer.Option('--submap-storey', min=1, help='Storey of a point cloud, 1 is the lowest.'),
-    ] = None,
+    submap_storey: common.SubmapStoreyOption = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Plot both maps and the match.')
     ] = None,

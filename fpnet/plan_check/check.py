@@ -14,13 +14,14 @@ from fpnet.accuracy import WRONG_POSITION_M
 from fpnet.plan_check.self_similarity import SelfSimilarity, self_similarity
 from fpnet.plan_check.verdict import FIT, PlanVerdict, verdict_of
 from fpnet_core.config import FpnetConfig
-from fpnet_core.drawings.types import DrawingScale, Reading
-from fpnet_core.drawings.wording import is_sure, said_of_scale
+from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
+from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.errors import ConfigError
 from fpnet_core.localizer import create_global_localizer
 from fpnet_core.localizer.prepared_maps import prepared_plan
 from fpnet_core.scoring.invocation import Invocation
 from fpnet_core.segmentation import ScaleEstimate, told_scale
+from fpnet_core.segmentation.scale import SURE_FACTOR
 from fpnet_core.segmentation.ways_out import rooms_with_ways_out
 from fpnet_core.types import Segmentation
 
@@ -96,7 +97,7 @@ class PlanCheck:
                 'given': self.drawn.is_known,
                 'metres_per_pixel': self.drawn.resolution_m,
                 'source': self.drawn.source.value,
-                'sure': is_sure(self.drawn),
+                'sure': _is_sure(self.drawn),
             },
             'scale_interval': [self.drawn.low_m, self.drawn.high_m],
             'similar_alone': _plain(self.similarity.alone),
@@ -293,3 +294,12 @@ def room_note(check: PlanCheck, room: int) -> str:
     if any(twin.other == room for twin in twins):
         parts.append('itself rotated')
     return f'{words} {", ".join(parts)}'
+
+
+def _is_sure(scale: DrawingScale) -> bool:
+    """Return whether a scale counts as sure: its interval ends within ten per cent."""
+    return (
+        scale.source is not ScaleSource.UNKNOWN
+        and scale.high_m <= SURE_FACTOR * scale.resolution_m
+        and scale.low_m >= scale.resolution_m / SURE_FACTOR
+    )

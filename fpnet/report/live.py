@@ -54,17 +54,8 @@ class LiveRun:
         """URL of the page."""
         return self._server.url
 
-    def begin(self, title: str, plan: Segmentation) -> None:
-        """Discard the run and begin another one on another floorplan; open pages reload."""
-        record = RunRecord(title, '', plan)
-
-        def forget() -> None:
-            self._record, self._said, self._moments = record, '', []
-
-        self._server.replace(_growing(record), forget)
-
-    def show(self, record: RunRecord, said: str = '') -> None:
-        """Show a run whose last update is new; ``said`` replaces its status line, if any."""
+    def show(self, record: RunRecord) -> None:
+        """Show a run whose last update is new."""
         record = replace(record, title=self._record.title)
         count, new = len(record.outputs), np.s_[len(self._record.published) :]
         if not count:
@@ -80,22 +71,17 @@ class LiveRun:
             'published': published(record, new),
             'changes': changes(record),
             'timeline': _timeline(record) if is_drawn else None,
-            'said': said,
         }
-        self._server.tell(event, partial(self._take, record, shown, said))
+        self._server.tell(event, partial(self._take, record, shown))
         if len(self._moments) > _SHOWN_MOMENTS:
             self._thin_out()
-
-    def say(self, said: str) -> None:
-        """Show a message in place of the status, until the next update."""
-        self._server.tell({'kind': 'said', 'said': said}, partial(setattr, self, '_said', said))
 
     def end(self, said: str) -> None:
         """Show how the run ended; open pages stay as they are."""
         self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
-    def _take(self, record: RunRecord, shown: dict[str, Any], said: str) -> None:
-        self._record, self._said = record, said
+    def _take(self, record: RunRecord, shown: dict[str, Any]) -> None:
+        self._record = record
         self._moments.append(shown)
 
     def _thin_out(self) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from fpnet_core.drawings.ocr import NOT_READ, is_unread
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
-from fpnet_core.segmentation.scale import SURE_FACTOR
 
 
 def said_of(reading: Reading) -> list[str]:
@@ -20,15 +19,6 @@ def said_of(reading: Reading) -> list[str]:
         *reading.notes,
         *([NOT_READ] if is_unread(reading) else []),
     ]
-
-
-def is_sure(scale: DrawingScale) -> bool:
-    """Return whether a scale counts as sure: its interval ends within ten per cent."""
-    return (
-        scale.source is not ScaleSource.UNKNOWN
-        and scale.high_m <= SURE_FACTOR * scale.resolution_m
-        and scale.low_m >= scale.resolution_m / SURE_FACTOR
-    )
 
 
 def said_of_scale(scale: DrawingScale) -> str:

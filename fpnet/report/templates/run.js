@@ -295,11 +295,8 @@ const told = {
     slider.max = data.moments.length - 1;
     await showTimeline(event.timeline);
     showChanges();
-    sayStatus(event.moment, event.said);
+    sayStatus(event.moment);
     if (follows) show(data.moments.length - 1);
-  },
-  async said(event) {
-    sayStatus(null, event.said);
   },
   async reload() {
     source.close();

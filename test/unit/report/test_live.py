@@ -71,16 +71,6 @@ def test_poses_are_told_once(live, made_up_run):
     assert told(stream)['published']['x'] == []
 
 
-def test_another_floorplan_takes_the_page_and_nothing_of_the_old_run(live, made_up_run):
-    live.show(until(made_up_run, 2))
-    stream = asked(live, '/events')
-    assert len(told(stream)['data']['moments']) == 1
-    live.begin('the next floor', made_up_run.plan)
-    assert told(stream) == {'kind': 'reload'}
-    assert b'the next floor' in asked(live).read()
-    assert told(asked(live, '/events'))['data']['moments'] == []
-
-
 def test_rooms_that_are_cut_anew_take_the_page_and_keep_the_run(live, made_up_run):
     live.show(replace(until(made_up_run, 1), title=''))
     stream = asked(live, '/events')
@@ -89,15 +79,6 @@ def test_rooms_that_are_cut_anew_take_the_page_and_keep_the_run(live, made_up_ru
     assert [told(stream)['kind'] for _ in range(2)] == ['reload', 'update']
     assert b'a &lt;drive&gt;' in asked(live).read()
     assert len(told(asked(live, '/events'))['data']['moments']) == 2
-
-
-def test_a_line_stands_for_the_status_until_the_next_tick(live, made_up_run):
-    live.show(until(made_up_run, 1))
-    live.say('scans have ceased')
-    stream = asked(live, '/events')
-    assert told(stream)['said'] == 'scans have ceased'
-    live.show(until(made_up_run, 2), 'ambiguous; scans are dropped')
-    assert told(stream)['said'] == 'ambiguous; scans are dropped'
 
 
 def test_a_page_that_is_open_for_days_stays_small(live, made_up_run):
@@ -193,12 +174,6 @@ def test_a_browser_follows_until_somebody_goes_back(live, made_up_run, tmp_path)
         wait_for(browser, "document.getElementById('answer').textContent.startsWith('localized')")
         status = browser.execute_script("return document.getElementById('status').textContent")
         assert status == 'waiting', 'who looks back is not torn away'
-        live.begin('the next floor', made_up_run.plan)
-        wait_for(browser, "document.title === 'the next floor'")
-        live.show(until(made_up_run, 1))
-        wait_for(browser, shown + "'waiting'")
-        live.say('scans have ceased')
-        wait_for(browser, "document.getElementById('answer').textContent === 'scans have ceased'")
         live.end('over')
         wait_for(browser, "document.getElementById('answer').textContent === 'over'")
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
